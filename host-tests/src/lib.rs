@@ -1,0 +1,5 @@
+//! Host side of hysteron: data sets, identification, simulated stages, reports.
+
+pub mod dataset;
+pub mod plant;
+pub mod report;

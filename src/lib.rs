@@ -1,0 +1,2 @@
+#![no_std]
+//! Hysteresis models and inverses for piezo actuators.

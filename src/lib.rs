@@ -1,2 +1,31 @@
 #![no_std]
 //! Hysteresis models and inverses for piezo actuators.
+//!
+//! The crate is the mathematical core of hysteron: it computes in volts, micrometres and seconds,
+//! knows no clock, bus, heap or file, and runs bit for bit the same on a Cortex-M4F and on a host.
+//!
+//! | module | what it holds |
+//! |---|---|
+//! | [`play`] | the play operator with envelopes; a bank of them in a plain and in a stack form |
+//! | [`rate`] | the law that widens the envelopes with the rate of the input |
+//! | [`hysteresis`] | the rate-dependent Prandtl-Ishlinskii model and its analytic inverse |
+//! | [`effect`] | what a stage does besides hysteresis: the asymmetry map |
+//! | [`model`] | a whole stage: hysteresis, asymmetry, gain and offset |
+//! | [`compensator`] | the inverses of a model in reverse order: reference in, drive out |
+//!
+//! Configuration stands apart from state: what is validated and built once is shared and immutable,
+//! what a sample changes is a small value of its own. Sizes are types (`[T; N]`), `T` is `f32` or
+//! `f64`, and nothing here allocates, panics or needs `unsafe`.
+//!
+//! Equations are cited as (J n): Al Janaideh and Krejci, *Inverse Rate-Dependent Prandtl-Ishlinskii
+//! Model for Feedforward Compensation of Hysteresis in a Piezomicropositioning Actuator*,
+//! IEEE/ASME Trans. Mechatronics 18(5), 2013, doi 10.1109/TMECH.2012.2205265.
+
+pub mod compensator;
+pub mod effect;
+pub mod error;
+pub mod hysteresis;
+pub mod math;
+pub mod model;
+pub mod play;
+pub mod rate;

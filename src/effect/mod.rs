@@ -1,0 +1,3 @@
+//! What a stage does besides hysteresis: one file an effect, forward and inverse.
+
+pub mod asymmetry;

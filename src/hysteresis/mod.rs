@@ -1,0 +1,5 @@
+//! Hysteresis models and their inverses.
+
+mod rate_dependent_pi;
+
+pub use rate_dependent_pi::{Parameters, RateDependentPi, State};

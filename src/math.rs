@@ -1,0 +1,87 @@
+//! The scalar of the core, `f32` or `f64`, and the few functions it needs.
+//!
+//! Everything here is exact or correctly rounded on both the host and the target, so that the two
+//! agree bit for bit.
+
+use core::fmt::Debug;
+use core::ops::{Add, Div, Mul, Neg, Sub};
+
+mod sealed {
+    pub trait Sealed {}
+    impl Sealed for f32 {}
+    impl Sealed for f64 {}
+}
+
+/// A floating-point scalar: `f32` on the target, `f32` or `f64` on the host.
+pub trait Real:
+    sealed::Sealed
+    + Copy
+    + Debug
+    + PartialOrd
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + 'static
+{
+    /// 0
+    const ZERO: Self;
+    /// 1
+    const ONE: Self;
+    /// Spacing of the numbers next to one.
+    const EPSILON: Self;
+
+    /// Nearest representable value.
+    fn from_f64(value: f64) -> Self;
+    /// The same value in double precision.
+    fn to_f64(self) -> f64;
+    /// Neither infinite nor NaN.
+    fn is_finite(self) -> bool;
+    /// Magnitude.
+    fn abs(self) -> Self;
+}
+
+macro_rules! real {
+    ($float:ident) => {
+        impl Real for $float {
+            const ZERO: Self = 0.0;
+            const ONE: Self = 1.0;
+            const EPSILON: Self = $float::EPSILON;
+
+            #[inline(always)]
+            fn from_f64(value: f64) -> Self {
+                value as $float
+            }
+            #[inline(always)]
+            fn to_f64(self) -> f64 {
+                self as f64
+            }
+            #[inline(always)]
+            fn is_finite(self) -> bool {
+                $float::is_finite(self)
+            }
+            #[inline(always)]
+            fn abs(self) -> Self {
+                $float::abs(self)
+            }
+        }
+    };
+}
+
+real!(f32);
+real!(f64);
+
+/// The smaller of two numbers; a NaN in `a` yields `b`.
+///
+/// A compare and a conditional move: `f32::min` is a library call on a Cortex-M4F.
+#[inline(always)]
+pub fn min<T: Real>(a: T, b: T) -> T {
+    if a < b { a } else { b }
+}
+
+/// The larger of two numbers; a NaN in `a` yields `b`.
+#[inline(always)]
+pub fn max<T: Real>(a: T, b: T) -> T {
+    if a > b { a } else { b }
+}

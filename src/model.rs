@@ -1,0 +1,109 @@
+//! A whole stage: drive in volts to displacement in micrometres.
+//!
+//! ```text
+//! displacement = offset + gain Lambda(Psi[drive])                             (J 27)
+//! ```
+//!
+//! `Psi` is the rate-dependent Prandtl-Ishlinskii operator and keeps the unit of the drive, `Lambda`
+//! the asymmetry map, if there is one, and the gain turns volts into micrometres. Kept apart from
+//! the weights, it lets the compensator take the rate of the reference in volts a second, the unit
+//! that beta was identified in.
+
+use crate::compensator::Compensator;
+use crate::effect::asymmetry::Asymmetry;
+use crate::error::{Field, ParameterError};
+use crate::hysteresis::{RateDependentPi, State};
+use crate::math::Real;
+
+/// A stage with up to `N` plays and up to `M` dead zones on each side of its asymmetry map.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Model<T, const N: usize, const M: usize> {
+    hysteresis: RateDependentPi<T, N>,
+    asymmetry: Option<Asymmetry<T, M>>,
+    gain: T,
+    offset: T,
+}
+
+impl<T: Real, const N: usize, const M: usize> Model<T, N, M> {
+    /// `gain` in um/V, `offset` in um.
+    ///
+    /// # Errors
+    /// A gain that is not positive, a gain or an offset that is not finite.
+    pub fn new(
+        hysteresis: RateDependentPi<T, N>,
+        asymmetry: Option<Asymmetry<T, M>>,
+        gain: T,
+        offset: T,
+    ) -> Result<Self, ParameterError> {
+        if !(gain.is_finite() && (T::ONE / gain).is_finite()) {
+            return Err(ParameterError::NotFinite(Field::Gain, 0));
+        }
+        if gain <= T::ZERO {
+            return Err(ParameterError::NotPositive(Field::Gain));
+        }
+        if !offset.is_finite() {
+            return Err(ParameterError::NotFinite(Field::Offset, 0));
+        }
+        Ok(Self {
+            hysteresis,
+            asymmetry,
+            gain,
+            offset,
+        })
+    }
+
+    /// State before the first drive sample `first` (V): plays at zero, rate zero.
+    pub fn start(&self, first: T) -> State<T, N> {
+        self.hysteresis.start(first)
+    }
+
+    /// Displacement (um) for the next drive sample (V), which is finite.
+    #[inline(always)]
+    pub fn step(&self, state: &mut State<T, N>, drive: T) -> T {
+        self.shape(self.hysteresis.step(state, drive))
+    }
+
+    /// Displacement (um) for the next drive sample (V) at a drive rate (V/s) known from elsewhere.
+    #[inline(always)]
+    pub fn step_with_rate(&self, state: &mut State<T, N>, drive: T, rate: T) -> T {
+        self.shape(self.hysteresis.step_with_rate(state, drive, rate))
+    }
+
+    #[inline(always)]
+    fn shape(&self, w: T) -> T {
+        let shaped = match &self.asymmetry {
+            Some(asymmetry) => asymmetry.step(w),
+            None => w,
+        };
+        self.offset + self.gain * shaped
+    }
+
+    /// The compensator that inverts this model.
+    ///
+    /// # Errors
+    /// A parameter of the inverse that leaves the range of `T`.
+    pub fn compensator(&self) -> Result<Compensator<T, N, M>, ParameterError> {
+        Ok(Compensator::new(
+            self.offset,
+            T::ONE / self.gain,
+            self.asymmetry
+                .as_ref()
+                .map(Asymmetry::inverse)
+                .transpose()?,
+            self.hysteresis.inverse()?,
+        ))
+    }
+
+    /// The same model without its rate term.
+    pub fn rate_independent(&self) -> Self {
+        Self {
+            hysteresis: self.hysteresis.rate_independent(),
+            ..*self
+        }
+    }
+
+    /// The hysteresis operator.
+    pub fn hysteresis(&self) -> &RateDependentPi<T, N> {
+        &self.hysteresis
+    }
+}

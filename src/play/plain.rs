@@ -1,0 +1,54 @@
+//! The plain form: one stored output a play.
+
+use super::{Envelope, PlayBank, play};
+use crate::error::ParameterError;
+use crate::math::Real;
+
+/// Outputs of a bank's plays, all of them stepped in each sample: constant time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlainState<T, const N: usize> {
+    z: [T; N],
+}
+
+impl<T: Real, const N: usize> PlainState<T, N> {
+    /// Every play at zero.
+    pub fn zero() -> Self {
+        Self { z: [T::ZERO; N] }
+    }
+
+    /// The plays of `bank` at the outputs `z`.
+    ///
+    /// # Errors
+    /// As [`PlayBank::check_outputs`].
+    pub fn new(bank: &PlayBank<T, N>, z: &[T]) -> Result<Self, ParameterError> {
+        bank.check_outputs(z)?;
+        let mut state = Self::zero();
+        state.z.iter_mut().zip(z).for_each(|(to, &from)| *to = from);
+        Ok(state)
+    }
+
+    /// Moves the plays to the envelope of the next sample and returns `sum w_i z_i`.
+    #[inline(always)]
+    pub fn step(&mut self, bank: &PlayBank<T, N>, envelope: Envelope<T>) -> T {
+        let rows = self.z.iter_mut().zip(&bank.thresholds).zip(&bank.weights);
+        let mut sum = T::ZERO;
+        if bank.len == N {
+            // A full bank: the trip count is a constant, so the compiler can unroll.
+            for ((z, &r), &w) in rows {
+                *z = play(*z, envelope, r);
+                sum = sum + w * *z;
+            }
+        } else {
+            for ((z, &r), &w) in rows.take(bank.len) {
+                *z = play(*z, envelope, r);
+                sum = sum + w * *z;
+            }
+        }
+        sum
+    }
+
+    /// Output of each play; entries beyond the bank's length are zero.
+    pub fn outputs(&self) -> [T; N] {
+        self.z
+    }
+}

@@ -80,11 +80,6 @@ impl Setup {
         };
         Ok(())
     }
-
-    /// The code at rest: what the converter is put to when nothing else can be trusted.
-    pub fn safe_code(&self) -> u16 {
-        self.dac.code(self.limits.rest)
-    }
 }
 
 /// What the link wants from the interrupt; at most one is obeyed a sample.
@@ -118,6 +113,8 @@ pub enum Order<'a> {
 /// What goes to the hardware after a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Output {
+    /// The converter.
+    pub dac: dac::Kind,
     /// Code for the converter.
     pub code: u16,
     /// Whether the amplifier is to be driven.
@@ -218,6 +215,7 @@ impl<'a> Control<'a> {
             self.shared.publish_events(self.events);
         }
         Output {
+            dac: self.setup.dac.kind(),
             code: codes.drive,
             driver_enabled,
         }

@@ -40,6 +40,7 @@ impl Kind {
 /// Straight line from drive to code; made by [`Scale::new`], validated with the settings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scale {
+    kind: Kind,
     codes_per_v: f32,
     code_at_zero: f32,
     /// Codes within the range of the drive, inclusive.
@@ -73,6 +74,7 @@ impl Scale {
         };
         let highest = (high + 1e-3).min(max) as u16;
         let scale = Self {
+            kind,
             codes_per_v: (1.0 / v_per_code) as f32,
             code_at_zero: (-drive_at_zero / v_per_code) as f32,
             lowest,
@@ -80,6 +82,12 @@ impl Scale {
         };
         let usable = scale.codes_per_v.is_finite() && scale.code_at_zero.is_finite();
         (usable && lowest <= highest).then_some(scale)
+    }
+
+    /// The converter.
+    #[inline(always)]
+    pub fn kind(&self) -> Kind {
+        self.kind
     }
 
     /// The code nearest to `drive` (V) within the range.

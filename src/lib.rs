@@ -33,6 +33,9 @@
 //! Model for Feedforward Compensation of Hysteresis in a Piezomicropositioning Actuator*,
 //! IEEE/ASME Trans. Mechatronics 18(5), 2013, doi 10.1109/TMECH.2012.2205265.
 
+#[cfg(all(target_os = "none", feature = "firmware"))]
+#[allow(unsafe_code, reason = "registers of the microcontroller")]
+pub mod board;
 pub mod compensator;
 pub mod control;
 pub mod dac;

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::control::Output;
 use crate::safety::Limits;
 use crate::{dac, sensor};
 
@@ -97,6 +98,17 @@ impl Default for Settings {
             ramp_v_per_s: 50.0,
             stale_s: 0.1,
             miss_limit: 3,
+        }
+    }
+}
+
+impl Valid {
+    /// The output at rest: what is put out first, and when nothing else can be trusted.
+    pub fn at_rest(&self) -> Output {
+        Output {
+            dac: self.dac.kind(),
+            code: self.dac.code(self.limits.rest),
+            driver_enabled: false,
         }
     }
 }

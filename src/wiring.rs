@@ -1,6 +1,7 @@
 //! The queues between link and interrupt, and both ends connected to them: the same on the target, in
 //! a host's replica of it, and in tests.
 
+use heapless::Vec;
 use heapless::spsc::Queue;
 
 use crate::control::{Control, ORDERS_LEN, Order, RETIRED_LEN, Setup};
@@ -15,7 +16,8 @@ pub struct Memory<'a> {
     retired: Queue<&'a mut Setup, RETIRED_LEN>,
     stream: Queue<f32, STREAM_LEN>,
     samples: Queue<Sample, QUEUE_LEN>,
-    setups: [Option<Setup>; 2],
+    /// Filled by `connect`: an empty vector costs no initial values in flash.
+    setups: Vec<Setup, 2>,
     shared: Shared,
 }
 
@@ -33,7 +35,7 @@ impl<'a> Memory<'a> {
             retired: Queue::new(),
             stream: Queue::new(),
             samples: Queue::new(),
-            setups: [const { None }; 2],
+            setups: Vec::new(),
             shared: Shared::new(),
         }
     }
@@ -47,9 +49,12 @@ impl<'a> Memory<'a> {
         settings: Settings,
     ) -> Result<(Control<'a>, Server<'a>, &'a Shared), SettingsError> {
         let valid = settings.validate()?;
-        let [active, spare] = &mut self.setups;
-        let active = active.insert(Setup::new(&valid));
-        let spare = spare.insert(Setup::new(&valid));
+        self.setups.clear();
+        let _ = self.setups.extend([Setup::new(&valid), Setup::new(&valid)]);
+        let [active, spare] = self.setups.as_mut_slice() else {
+            // Never taken: both were just put there.
+            return Err(SettingsError::Version);
+        };
         let (to_orders, orders) = self.orders.split();
         let (to_retired, retired) = self.retired.split();
         let (to_stream, stream) = self.stream.split();

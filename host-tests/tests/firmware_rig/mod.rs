@@ -85,6 +85,7 @@ impl Rig {
             server,
             shared,
             last: Output {
+                dac: settings.dac,
                 code: 0,
                 driver_enabled: false,
             },

@@ -15,7 +15,7 @@ use crate::record::{ModelRecord, PLAYS, RecordError, TargetCompensator};
 use crate::reference::{Reference, Stream};
 use crate::safety::{Cause, Limits, Safety, State};
 use crate::settings::Valid;
-use crate::telemetry::{Codes, Events, Sample, Samples, Shared};
+use crate::telemetry::{Codes, Events, Sample, Samples, Shared, Status};
 
 /// Orders that fit between link and interrupt, one less than this.
 pub const ORDERS_LEN: usize = 4;
@@ -141,6 +141,7 @@ pub struct Control<'a> {
     record_every: u32,
     record_wait: u32,
     record_index: u32,
+    status: Status,
     events: Events,
     misses_since_start: u32,
 }
@@ -174,6 +175,12 @@ impl<'a> Control<'a> {
             record_every: 0,
             record_wait: 0,
             record_index: 0,
+            // What an empty `Shared` says.
+            status: Status {
+                state: State::Off,
+                cause: None,
+                driver_enabled: false,
+            },
             events: Events::default(),
             misses_since_start: 0,
         }
@@ -208,8 +215,15 @@ impl<'a> Control<'a> {
         let driver_enabled = self.safety.driver_enabled(&self.setup.limits);
         self.shared
             .publish(self.ticks, codes, self.safety.limited(), self.played);
-        self.shared
-            .publish_status(self.safety.state(), self.safety.cause(), driver_enabled);
+        let status = Status {
+            state: self.safety.state(),
+            cause: self.safety.cause(),
+            driver_enabled,
+        };
+        if status != self.status {
+            self.status = status;
+            self.shared.publish_status(status);
+        }
         if self.safety.underruns() != self.events.underruns {
             self.events.underruns = self.safety.underruns();
             self.shared.publish_events(self.events);

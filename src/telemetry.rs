@@ -76,6 +76,17 @@ pub struct Statistics {
     pub bad_frames: u32,
 }
 
+/// What the output does, as far as it is told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Status {
+    /// As in [`Statistics`].
+    pub state: State,
+    /// As in [`Statistics`].
+    pub cause: Option<Cause>,
+    /// As in [`Statistics`].
+    pub driver_enabled: bool,
+}
+
 /// Counters that change seldom.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Events {
@@ -119,17 +130,19 @@ impl Shared {
         self.dropped.store(events.dropped, Ordering::Relaxed);
     }
 
-    /// Called once a sample by the interrupt.
-    #[inline(always)]
-    pub(crate) fn publish_status(&self, state: State, cause: Option<Cause>, enabled: bool) {
-        let cause = match cause {
+    /// Called by the interrupt when one of them changed.
+    pub(crate) fn publish_status(&self, status: Status) {
+        let cause = match status.cause {
             None => 0,
             Some(Cause::NotFinite) => 1,
             Some(Cause::Deadline) => 2,
             Some(Cause::NoModel) => 3,
         };
-        let status = state as u32 | cause << 8 | u32::from(enabled) << 16;
-        self.status.store(status, Ordering::Relaxed);
+        let enabled = u32::from(status.driver_enabled) << 16;
+        self.status.store(
+            status.state as u32 | cause << 8 | enabled,
+            Ordering::Relaxed,
+        );
     }
 
     /// Samples since power-on; wraps. It standing still tells a watchdog that the interrupt died.

@@ -30,7 +30,8 @@ impl Stage {
     ///
     /// The weights of the published three plays, in the set that agrees with the published
     /// inverse, are each spread evenly over thresholds half a spacing to both sides: a real
-    /// stage's plays are not three. The amplifier lag is fitted to the published phases (0.7
+    /// stage's plays are not three. The actuator alone then has 13.1, 21.0 and 26.3 % hysteresis
+    /// at 1, 50 and 100 Hz, against 13.03, 20.28 and 26.18 % measured. The amplifier lag is fitted to the published phases (0.7
     /// degrees at 50 Hz, 1.4 at 100 Hz). The paper does not describe its converter and sensor;
     /// 16 bits over +-100 V, 10 nm rms noise and steps of 100 um / 2^16 are assumed.
     pub fn p753() -> Self {
@@ -60,7 +61,8 @@ impl Stage {
     }
 
     /// The published three-play model itself as a stage, without converter, lag and noise: the
-    /// model's own plant.
+    /// model's own plant. With `oversample = 1` it is sample for sample the published recursion,
+    /// with 13.3, 21.0 and 27.5 % hysteresis at 1, 50 and 100 Hz and 10 kHz.
     pub fn p753_three_plays() -> Self {
         Self::ideal(p753_hysteresis(p753_plays().to_vec()))
     }

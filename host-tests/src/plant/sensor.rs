@@ -13,8 +13,8 @@ pub struct Sensor {
     pub noise_um: f64,
     /// Step of the output, um; 0 for none.
     pub step_um: f64,
-    /// Seed of the noise. The generator and its mathematics are the same on every platform, so a
-    /// seed means the same noise everywhere.
+    /// Seed of the noise. A seed means the same noise on every platform; only samples beyond 3.6
+    /// times the rms, which take a logarithm, may differ in their last digit.
     pub seed: u64,
 }
 

@@ -203,8 +203,8 @@ impl CsvTable {
                 return Ok(None);
             }
             let text = self.record.as_slice();
-            let breaks = text.iter().filter(|&&byte| byte == b'\n').count() as u64;
-            if breaks > 0 {
+            if text.contains(&b'\n') {
+                let breaks = text.iter().filter(|&&byte| byte == b'\n').count() as u64;
                 // A quote that is never closed swallows the line feed at the end of the file too.
                 let ended = u64::from(!text.ends_with(b"\n"));
                 let line = self.reader.position().line() - ended - breaks;
@@ -216,7 +216,7 @@ impl CsvTable {
             if (first.is_empty() && self.record.len() == 1) || first.starts_with(b"#") {
                 continue;
             }
-            if str::from_utf8(text).is_err() {
+            if !text.is_ascii() && str::from_utf8(text).is_err() {
                 let problem = "the row is not UTF-8 text; save the file as UTF-8";
                 return Err(self.place.clone().line(line).error(problem));
             }
@@ -241,9 +241,8 @@ fn parse(cell: &[u8]) -> Result<f64, String> {
     if cell.is_empty() {
         return Err("the cell is empty".to_owned());
     }
-    let text = str::from_utf8(cell).map_err(|_| "the cell is not UTF-8 text".to_owned())?;
-    text.parse()
-        .map_err(|_| format!("{} is not a number", quoted(text)))
+    fast_float2::parse(cell)
+        .map_err(|_| format!("{} is not a number", quoted(&String::from_utf8_lossy(cell))))
 }
 
 fn finite(value: f64, cell: &[u8]) -> Result<f64, String> {

@@ -136,13 +136,15 @@ fn write_rows(to: &mut impl Write, columns: &[Column<'_>], rows: usize) -> std::
     header.write_record(columns.iter().map(|(name, _)| name))?;
     header.flush()?;
     drop(header);
+    let mut number = zmij::Buffer::new();
     for row in 0..rows {
         for (position, (_, values)) in columns.iter().enumerate() {
-            let comma = if position > 0 { "," } else { "" };
-            // The debug form is the shortest that reads back exactly, with an exponent where due.
-            write!(to, "{comma}{:?}", values[row])?;
+            if position > 0 {
+                to.write_all(b",")?;
+            }
+            to.write_all(number.format_finite(values[row]).as_bytes())?;
         }
-        writeln!(to)?;
+        to.write_all(b"\n")?;
     }
     to.flush()
 }

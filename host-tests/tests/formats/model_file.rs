@@ -223,7 +223,7 @@ fn refusals() {
         (
             "[[stage]]\nname = \"hysteresis\"\nthresholds_v = [9.715, 19.43]\nweights = [0.7236, 0.2906, -0.0416]\nbeta_s = 0.0008572\n",
             "",
-            "m.toml:10: the first stage is not hysteresis; add it",
+            "m.toml:11: the first stage is not hysteresis; add it",
         ),
     ];
     for (from, to, message) in cases {

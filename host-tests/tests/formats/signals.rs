@@ -130,7 +130,7 @@ fn the_written_form_is_plain() {
     signals::write(&mut written, &Place::file("out.csv"), &columns).unwrap();
     assert_eq!(
         String::from_utf8(written).unwrap(),
-        "time_s,drive_v\n0.0,-0.0\n0.0001,1e300\n0.1,5e-324\n"
+        "time_s,drive_v\n0.0,-0.0\n0.0001,1e+300\n0.1,5e-324\n"
     );
 }
 

@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use super::MIN_SAMPLES;
 use crate::csv_table::{ColumnRequest, CsvTable};
 use crate::error::{Error, Place};
 use crate::time_grid::uniform_step;
@@ -52,7 +51,6 @@ pub(super) fn read(
             },
         )));
     }
-    debug_assert!(needed >= MIN_SAMPLES);
     let sample_time_s = uniform_step(&time_s, &table.lines, &place, &time_column)?;
     Ok(Samples {
         sample_time_s,

@@ -1,7 +1,7 @@
 //! From a model file to the model and compensator of the core, in double precision.
 
 use hysteron::effect::asymmetry::{Asymmetry, Side};
-use hysteron::error::ParameterError;
+use hysteron::error::{Field, ParameterError};
 use hysteron::hysteresis::Parameters;
 
 use crate::error::Error;
@@ -23,7 +23,10 @@ pub type Compensator = hysteron::compensator::Compensator<f64, PLAYS, CORNERS>;
 /// A parameter that the core refuses, named by its key.
 pub fn model(file: &ModelFile, sample_time_s: f64) -> Result<Model, Error> {
     build(file, sample_time_s).map_err(|refused| {
-        Error::request(format!("model \"{}\": {refused}; correct it in the model file", file.name))
+        Error::request(format!(
+            "model \"{}\": {refused}; correct it in the model file",
+            file.name
+        ))
     })
 }
 
@@ -32,13 +35,17 @@ pub fn model(file: &ModelFile, sample_time_s: f64) -> Result<Model, Error> {
 /// # Errors
 /// As [`model`], and parameters of the inverse that leave the range of numbers.
 pub fn compensator(file: &ModelFile, sample_time_s: f64) -> Result<Compensator, Error> {
-    model(file, sample_time_s)?.compensator().map_err(|refused| {
-        Error::request(format!("model \"{}\" has no inverse: {refused}", file.name))
-    })
+    model(file, sample_time_s)?
+        .compensator()
+        .map_err(|refused| {
+            Error::request(format!("model \"{}\" has no inverse: {refused}", file.name))
+        })
 }
 
 fn build(file: &ModelFile, sample_time_s: f64) -> Result<Model, ParameterError> {
-    let hysteresis = file.hysteresis();
+    let Some(hysteresis) = file.hysteresis() else {
+        return Err(ParameterError::Length(Field::Weights));
+    };
     let operator = Parameters {
         weights: &hysteresis.weights,
         thresholds: &hysteresis.thresholds_v,

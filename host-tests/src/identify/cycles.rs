@@ -8,7 +8,9 @@ const SIGNIFICANT: f64 = 0.05;
 pub fn range(values: &[f64]) -> f64 {
     let (low, high) = values
         .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &v| (low.min(v), high.max(v)));
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &v| {
+            (low.min(v), high.max(v))
+        });
     (high - low).max(0.0)
 }
 
@@ -51,6 +53,15 @@ pub fn first_cycle(turns: &[usize]) -> usize {
     if turns.len() >= 4 { turns[1] } else { 0 }
 }
 
+/// Whether the drive ends a step before it began, as one or more whole periods do.
+pub fn is_closed(drive: &[f64]) -> bool {
+    let largest = drive
+        .windows(2)
+        .map(|pair| (pair[1] - pair[0]).abs())
+        .fold(0.0, f64::max);
+    drive.len() > 1 && (drive[0] - drive[drive.len() - 1]).abs() <= 1.5 * largest
+}
+
 /// Frequency (Hz) of each half cycle between two turning points, rests left out: mean speed while
 /// moving over twice the swing. For a sine, a triangle and a sine with holds it is the frequency.
 pub fn half_cycle_frequencies(drive: &[f64], turns: &[usize], sample_time_s: f64) -> Vec<f64> {
@@ -61,7 +72,10 @@ pub fn half_cycle_frequencies(drive: &[f64], turns: &[usize], sample_time_s: f64
             let swing = (piece[piece.len() - 1] - piece[0]).abs();
             // A sample that moves less than a hundredth of the mean step is at rest.
             let still = 0.01 * swing / (piece.len() - 1) as f64;
-            let moving = piece.windows(2).filter(|w| (w[1] - w[0]).abs() > still).count();
+            let moving = piece
+                .windows(2)
+                .filter(|w| (w[1] - w[0]).abs() > still)
+                .count();
             (moving > 0).then(|| 0.5 / (moving as f64 * sample_time_s))
         })
         .collect()
@@ -84,7 +98,9 @@ mod tests {
     use std::f64::consts::TAU;
 
     fn sine(frequency: f64, seconds: f64, h: f64) -> Vec<f64> {
-        (0..(seconds / h) as usize).map(|k| (TAU * frequency * k as f64 * h).sin()).collect()
+        (0..(seconds / h) as usize)
+            .map(|k| (TAU * frequency * k as f64 * h).sin())
+            .collect()
     }
 
     #[test]
@@ -105,7 +121,10 @@ mod tests {
         for drive in [moving, with_rest] {
             let turns = turning_points(&drive, 2.0);
             let frequencies = half_cycle_frequencies(&drive, &turns, 1e-3);
-            assert!(frequencies.iter().all(|f| (f - 5.0).abs() < 0.2), "{frequencies:?}");
+            assert!(
+                frequencies.iter().all(|f| (f - 5.0).abs() < 0.2),
+                "{frequencies:?}"
+            );
         }
     }
 

@@ -61,9 +61,28 @@ impl Fitted {
         self.map.as_ref().map_or(w, |map| map.value(w))
     }
 
+    /// Without the plays that got no weight; at least one stays.
+    pub fn pruned(mut self) -> Self {
+        let mut kept: Vec<usize> = (0..self.plays.thresholds.len())
+            .filter(|&i| self.weights[i + 1] > 0.0)
+            .collect();
+        if kept.is_empty() {
+            kept.push(0);
+        }
+        self.plays.thresholds = kept.iter().map(|&i| self.plays.thresholds[i]).collect();
+        self.weights = std::iter::once(self.weights[0])
+            .chain(kept.iter().map(|&i| self.weights[i + 1]))
+            .collect();
+        self
+    }
+
     fn w(&self, drive: f64, outputs: &[f64]) -> f64 {
         self.weights[0] * drive
-            + self.weights[1..].iter().zip(outputs).map(|(a, z)| a * z).sum::<f64>()
+            + self.weights[1..]
+                .iter()
+                .zip(outputs)
+                .map(|(a, z)| a * z)
+                .sum::<f64>()
     }
 }
 
@@ -99,6 +118,7 @@ impl Fit<'_> {
         let (problem, _) = LevenbergMarquardt::new()
             .with_ftol(1e-9)
             .with_xtol(1e-9)
+            .with_stepbound(1.0)
             .with_patience(20)
             .minimize(problem);
         problem.fitted
@@ -127,7 +147,13 @@ impl Fit<'_> {
             }
         });
         let (a, b) = (triangle.columns(0, columns), triangle.column(columns));
-        let solution = non_negative(&a.into_owned(), &b.into_owned());
+        let mut a = a.into_owned();
+        for (i, r) in fitted.plays.thresholds.iter().enumerate() {
+            if *r > self.runs.widest_threshold() * (1.0 + 1e-9) {
+                a.column_mut(i + 1).fill(0.0);
+            }
+        }
+        let solution = non_negative(&a, &b.into_owned());
         let residual = &triangle.columns(0, columns) * DVector::from_column_slice(&solution)
             - triangle.column(columns);
         fitted.rms = residual.norm();
@@ -149,14 +175,20 @@ impl Fit<'_> {
         let spans: Vec<(usize, &Run, &Span)> = self.runs.scored(Role::Fit).collect();
         let total: usize = spans.iter().map(|(_, _, span)| span.samples.len()).sum();
         let share = self.most_rows as f64 / total.max(1) as f64;
-        let emphasis: f64 = spans.iter().map(|(_, _, span)| self.emphasis[span.record]).sum();
+        let emphasis: f64 = spans
+            .iter()
+            .map(|(_, _, span)| self.emphasis[span.record])
+            .sum();
 
         let mut all = Triangle::new(columns);
         let mut shared = Triangle::new(columns + 1);
         let mut row = Vec::with_capacity(columns + 1);
         for (index, run) in self.runs.runs.iter().enumerate() {
-            let spans: Vec<&Span> =
-                spans.iter().filter(|(i, _, _)| *i == index).map(|(_, _, span)| *span).collect();
+            let spans: Vec<&Span> = spans
+                .iter()
+                .filter(|(i, _, _)| *i == index)
+                .map(|(_, _, span)| *span)
+                .collect();
             let Some(last) = spans.last() else { continue };
             let mut own = Triangle::new(columns + 1);
             let mut walk = Walk::new(plays, run);
@@ -170,15 +202,18 @@ impl Fit<'_> {
                 let len = span.samples.len();
                 let share = share.max(400.0 / len.max(1) as f64).min(1.0);
                 let rows = (0..len).filter(|&k| chosen(k, share)).count();
-                let weight =
-                    (self.emphasis[span.record] / emphasis / rows.max(1) as f64).sqrt();
+                let weight = (self.emphasis[span.record] / emphasis / rows.max(1) as f64).sqrt();
                 for k in span.samples.clone() {
                     walk.step(plays, run, k);
                     if chosen(k - span.samples.start, share) {
                         row.clear();
                         row.push(1.0);
                         fill(run, k, &walk, &mut row);
-                        let triangle = if self.runs.own_offsets { &mut own } else { &mut shared };
+                        let triangle = if self.runs.own_offsets {
+                            &mut own
+                        } else {
+                            &mut shared
+                        };
                         triangle.push(weight, row.iter().copied());
                     }
                 }
@@ -225,14 +260,38 @@ impl Parameters {
             Thresholds::Spaced => vec![plays.thresholds[0].ln()],
             Thresholds::Free => {
                 let before = std::iter::once(0.0).chain(plays.thresholds.iter().copied());
-                plays.thresholds.iter().zip(before).map(|(r, before)| (r - before).ln()).collect()
+                plays
+                    .thresholds
+                    .iter()
+                    .zip(before)
+                    .map(|(r, before)| (r - before).ln())
+                    .collect()
             }
             Thresholds::Fixed => Vec::new(),
         };
         if with_beta {
             values.push(plays.beta.ln());
         }
-        Self { thresholds, with_beta, values: DVector::from_vec(values) }
+        Self {
+            thresholds,
+            with_beta,
+            values: DVector::from_vec(values),
+        }
+    }
+
+    /// Keeps a step of the optimiser within what the records can show.
+    fn limit(&mut self, runs: &Runs) {
+        let widest = runs.widest_threshold();
+        let beta_scale = widest / runs.highest_rate();
+        let last = self.values.len() - 1;
+        for (i, value) in self.values.iter_mut().enumerate() {
+            let scale = if self.with_beta && i == last {
+                beta_scale
+            } else {
+                widest
+            };
+            *value = value.clamp((1e-5 * scale).ln(), (2.0 * scale).ln());
+        }
     }
 
     fn plays(&self, like: &Plays) -> Plays {
@@ -240,7 +299,9 @@ impl Parameters {
         match self.thresholds {
             Thresholds::Spaced => {
                 let zeta = self.values[0].exp();
-                (1..).zip(&mut plays.thresholds).for_each(|(i, r)| *r = zeta * f64::from(i));
+                (1..)
+                    .zip(&mut plays.thresholds)
+                    .for_each(|(i, r)| *r = zeta * f64::from(i));
             }
             Thresholds::Free => {
                 let mut sum = 0.0;
@@ -264,7 +325,11 @@ impl Parameters {
         let thresholds = &fitted.plays.thresholds;
         match self.thresholds {
             Thresholds::Spaced => {
-                row.push((0..weights.len()).map(|i| by_threshold(i) * thresholds[i]).sum());
+                row.push(
+                    (0..weights.len())
+                        .map(|i| by_threshold(i) * thresholds[i])
+                        .sum(),
+                );
             }
             Thresholds::Free => {
                 // A gap moves its own threshold and all above it.
@@ -309,33 +374,43 @@ impl<'a> Problem<'a> {
 
     fn evaluate(&mut self) {
         let plays = self.parameters.plays(&self.fitted.plays);
-        self.fitted = self.fit.weights(&plays, Some(&self.fitted), self.fitted.map.clone());
+        self.fitted = self
+            .fit
+            .weights(&plays, Some(&self.fitted), self.fitted.map.clone());
         let fitted = &self.fitted;
-        let active: Vec<usize> =
-            (1..fitted.weights.len()).filter(|&i| fitted.weights[i] > 0.0).collect();
+        let active: Vec<usize> = (1..fitted.weights.len())
+            .filter(|&i| fitted.weights[i] > 0.0)
+            .collect();
         let slopes = fitted.map.as_ref().map_or(0, Map::free_slopes);
         let linear = 1 + active.len() + slopes;
         let count = self.parameters.values.len();
-        let triangle = self.fit.triangle(&plays, linear + count + 1, |run, k, walk, row| {
-            let (u, y) = (run.drive[k], run.displacement[k]);
-            let w = fitted.w(u, &walk.outputs);
-            let (slope, value) = match &fitted.map {
-                Some(map) => (map.slope(w), map.value(w)),
-                None => (1.0, w),
-            };
-            row.push(slope * u);
-            row.extend(active.iter().map(|&i| slope * walk.outputs[i - 1]));
-            if let Some(map) = &fitted.map {
-                row.extend(map.by_slope(w));
-            }
-            let first = row.len();
-            self.parameters.gradient(fitted, walk, row);
-            row[first..].iter_mut().for_each(|d| *d *= slope);
-            row.push(value - y);
-        });
+        let triangle = self
+            .fit
+            .triangle(&plays, linear + count + 1, |run, k, walk, row| {
+                let (u, y) = (run.drive[k], run.displacement[k]);
+                let w = fitted.w(u, &walk.outputs);
+                let (slope, value) = match &fitted.map {
+                    Some(map) => (map.slope(w), map.value(w)),
+                    None => (1.0, w),
+                };
+                row.push(slope * u);
+                row.extend(active.iter().map(|&i| slope * walk.outputs[i - 1]));
+                if let Some(map) = &fitted.map {
+                    row.extend(map.by_slope(w));
+                }
+                let first = row.len();
+                self.parameters.gradient(fitted, walk, row);
+                row[first..].iter_mut().for_each(|d| *d *= slope);
+                row.push(value - y);
+            });
         let last = linear + count;
-        self.jacobian = triangle.view((linear, linear), (count + 1, count)).into_owned();
-        self.residuals = triangle.view((linear, last), (count + 1, 1)).column(0).into_owned();
+        self.jacobian = triangle
+            .view((linear, linear), (count + 1, count))
+            .into_owned();
+        self.residuals = triangle
+            .view((linear, last), (count + 1, 1))
+            .column(0)
+            .into_owned();
     }
 }
 
@@ -346,6 +421,7 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
 
     fn set_params(&mut self, values: &DVector<f64>) {
         self.parameters.values.copy_from(values);
+        self.parameters.limit(self.fit.runs);
         self.evaluate();
     }
 
@@ -354,10 +430,16 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
     }
 
     fn residuals(&self) -> Option<DVector<f64>> {
-        self.residuals.iter().all(|r| r.is_finite()).then(|| self.residuals.clone())
+        self.residuals
+            .iter()
+            .all(|r| r.is_finite())
+            .then(|| self.residuals.clone())
     }
 
     fn jacobian(&self) -> Option<DMatrix<f64>> {
-        self.jacobian.iter().all(|d| d.is_finite()).then(|| self.jacobian.clone())
+        self.jacobian
+            .iter()
+            .all(|d| d.is_finite())
+            .then(|| self.jacobian.clone())
     }
 }

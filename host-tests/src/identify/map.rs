@@ -27,7 +27,9 @@ impl Half {
     fn new(extent: f64, corners: usize, free_from: usize) -> Self {
         let corners = if extent > 0.0 { corners } else { 0 };
         Self {
-            corners: (1..=corners).map(|j| extent * j as f64 / (corners + 1) as f64).collect(),
+            corners: (1..=corners)
+                .map(|j| extent * j as f64 / (corners + 1) as f64)
+                .collect(),
             slopes: vec![1.0; corners + 1],
             free_from: if extent > 0.0 { free_from } else { 1 },
         }
@@ -78,7 +80,9 @@ impl Map {
     /// The value at `w`.
     pub fn value(&self, w: f64) -> f64 {
         let (half, distance, sign) = self.side(w);
-        sign * (0..half.slopes.len()).map(|k| half.slopes[k] * half.part(k, distance)).sum::<f64>()
+        sign * (0..half.slopes.len())
+            .map(|k| half.slopes[k] * half.part(k, distance))
+            .sum::<f64>()
     }
 
     /// The slope at `w`.
@@ -88,7 +92,11 @@ impl Map {
     }
 
     fn side(&self, w: f64) -> (&Half, f64, f64) {
-        if w < 0.0 { (&self.negative, -w, -1.0) } else { (&self.positive, w, 1.0) }
+        if w < 0.0 {
+            (&self.negative, -w, -1.0)
+        } else {
+            (&self.positive, w, 1.0)
+        }
     }
 
     /// How many slopes are fitted.
@@ -99,8 +107,14 @@ impl Map {
     /// Derivative of the value at `w` by each fitted slope.
     pub fn by_slope(&self, w: f64) -> impl Iterator<Item = f64> {
         let (above, below) = (w.max(0.0), (-w).max(0.0));
-        let positive = self.positive.free().map(move |k| self.positive.part(k, above));
-        let negative = self.negative.free().map(move |k| -self.negative.part(k, below));
+        let positive = self
+            .positive
+            .free()
+            .map(move |k| self.positive.part(k, above));
+        let negative = self
+            .negative
+            .free()
+            .map(move |k| -self.negative.part(k, below));
         positive.chain(negative)
     }
 
@@ -136,15 +150,25 @@ mod tests {
         map.set_slopes(&[0.4, 1.7, 0.9, 0.2, 1.1]);
         let (positive, negative) = (map.positive.dead_zones(1.0), map.negative.dead_zones(1.0));
         let core = Asymmetry::<f64, 2>::new(
-            Side { slopes: &positive.0, thresholds: &positive.1 },
-            Side { slopes: &negative.0, thresholds: &negative.1 },
+            Side {
+                slopes: &positive.0,
+                thresholds: &positive.1,
+            },
+            Side {
+                slopes: &negative.0,
+                thresholds: &negative.1,
+            },
         )
         .unwrap();
         for k in -80..=80 {
             let w = k as f64 * 0.1;
             assert!((core.step(w) - map.value(w)).abs() < 1e-12);
             let sum = map.floor(w)
-                + map.by_slope(w).zip([0.4, 1.7, 0.9, 0.2, 1.1]).map(|(d, s)| d * s).sum::<f64>();
+                + map
+                    .by_slope(w)
+                    .zip([0.4, 1.7, 0.9, 0.2, 1.1])
+                    .map(|(d, s)| d * s)
+                    .sum::<f64>();
             assert!((sum - map.value(w)).abs() < 1e-12);
         }
     }

@@ -33,9 +33,15 @@ impl Source {
 pub fn floor(runs: &[Run]) -> Option<(f64, Source)> {
     let estimates: Vec<(f64, Source)> = runs.iter().map(of_run).collect();
     let best = estimates.iter().map(|(_, source)| *source).min()?;
-    let chosen: Vec<f64> =
-        estimates.iter().filter(|(_, source)| *source == best).map(|(rms, _)| rms * rms).collect();
-    Some(((chosen.iter().sum::<f64>() / chosen.len() as f64).sqrt(), best))
+    let chosen: Vec<f64> = estimates
+        .iter()
+        .filter(|(_, source)| *source == best)
+        .map(|(rms, _)| rms * rms)
+        .collect();
+    Some((
+        (chosen.iter().sum::<f64>() / chosen.len() as f64).sqrt(),
+        best,
+    ))
 }
 
 fn of_run(run: &Run) -> (f64, Source) {
@@ -52,7 +58,9 @@ fn of_run(run: &Run) -> (f64, Source) {
 fn repeats(drive: &[f64], displacement: &[f64]) -> Option<f64> {
     let span = range(drive);
     let turns = turning_points(drive, span);
-    let [first, second, ..] = turns[..] else { return None };
+    let [first, second, ..] = turns[..] else {
+        return None;
+    };
     let skip = usize::from(drive[first] < drive[second]);
     let tops: Vec<usize> = turns.into_iter().skip(skip).step_by(2).collect();
     let mut squares = 0.0;
@@ -69,8 +77,9 @@ fn repeats(drive: &[f64], displacement: &[f64]) -> Option<f64> {
         if largest > 0.002 * span {
             continue;
         }
-        let differences: Vec<f64> =
-            (cycle[1]..cycle[2]).map(|k| displacement[k] - displacement[k - first]).collect();
+        let differences: Vec<f64> = (cycle[1]..cycle[2])
+            .map(|k| displacement[k] - displacement[k - first])
+            .collect();
         squares += differences.iter().map(|d| 0.5 * d * d).sum::<f64>();
         count += differences.len();
     }

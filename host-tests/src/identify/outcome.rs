@@ -1,7 +1,5 @@
 //! What an identification found: the model, its figures, and what they rest on.
 
-use std::collections::BTreeMap;
-
 use serde_json::{Value, json};
 
 use crate::dataset::{Dataset, LengthUnit, Role};
@@ -105,7 +103,12 @@ impl Identification {
         let lines: Vec<Vec<f64>> = runs
             .runs
             .iter()
-            .map(|run| run.drive.iter().map(|u| runs.sign * runs.mean_gain() * u).collect())
+            .map(|run| {
+                run.drive
+                    .iter()
+                    .map(|u| runs.sign * runs.mean_gain() * u)
+                    .collect()
+            })
             .collect();
         let line_offsets = super::score::offsets(&signed, &lines);
         if !runs.own_offsets
@@ -116,8 +119,16 @@ impl Identification {
         let figures = |predicted: &[Vec<f64>], offsets: &[f64]| {
             let of = |role| rms(&signed, predicted, offsets, role);
             let fit = of(Role::Fit);
-            let select = if runs.held_back { None } else { of(Role::Select) };
-            Rms { fit, select, report: of(Role::Report) }
+            let select = if runs.held_back {
+                None
+            } else {
+                of(Role::Select)
+            };
+            Rms {
+                fit,
+                select,
+                report: of(Role::Report),
+            }
         };
         let mut records = Vec::new();
         for (i, run) in signed.runs.iter().enumerate() {
@@ -199,7 +210,7 @@ impl Identification {
             "rms": rms(&self.rms),
             "straight_line_rms": rms(&self.line_rms),
             "parameters": self.model.parameters(),
-            "plays": self.model.hysteresis().thresholds_v.len(),
+            "plays": self.model.hysteresis().map_or(0, |h| h.thresholds_v.len()),
             "thresholds": match self.thresholds {
                 Thresholds::Spaced => "spaced",
                 Thresholds::Free => "free",
@@ -209,14 +220,6 @@ impl Identification {
             "frequency_span": self.frequency_span,
             "records": records,
         })
-    }
-
-    /// Parameters by their keys in `model.toml`, for tables.
-    pub fn parameters(&self) -> BTreeMap<String, Value> {
-        match self.model.parameters() {
-            Value::Object(map) => map.into_iter().collect(),
-            _ => BTreeMap::new(),
-        }
     }
 }
 
@@ -234,32 +237,42 @@ fn model_file(name: &str, fitted: &Fitted, sign: f64) -> ModelFile {
         let (negative_slopes, negative) = map.negative.dead_zones(gain);
         stages.push(Stage::Asymmetry(Asymmetry {
             thresholds: TwoSided { positive, negative },
-            slopes: TwoSided { positive: positive_slopes, negative: negative_slopes },
+            slopes: TwoSided {
+                positive: positive_slopes,
+                negative: negative_slopes,
+            },
         }));
     }
-    stages.push(Stage::Output(Output { gain_um_per_v: sign * gain, offset_um: 0.0 }));
+    stages.push(Stage::Output(Output {
+        gain_um_per_v: sign * gain,
+        offset_um: 0.0,
+    }));
     ModelFile::new(name, stages)
 }
 
 /// Displacement in micrometres by the core along a run, from the run's own start.
 fn run_model(file: &ModelFile, run: &Run) -> Result<Vec<f64>, Error> {
     let model = stage::model(file, run.sample_time_s)?;
-    let bank = model.hysteresis().bank();
-    let first = run.drive[0];
-    let z: Vec<f64> = bank.thresholds().iter().map(|&r| run.start.play(first, r).0).collect();
-    let mut state = model
-        .hysteresis()
-        .start_from(first, &z)
-        .map_err(|refused| Error::request(format!("start of a record: {refused}")))?;
+    let operator = model.hysteresis();
+    let begin = |z: &[f64]| {
+        operator
+            .start_from(run.before(0), z)
+            .map_err(|refused| Error::request(format!("start of a record: {refused}")))
+    };
+    let thresholds = operator.bank().thresholds();
+    let z: Vec<f64> = thresholds
+        .iter()
+        .map(|&r| run.start.play(run.drive[0], r).0)
+        .collect();
+    let mut state = begin(&z)?;
     if run.start == Start::Periodic {
-        run.drive.iter().for_each(|&u| {
+        for &u in &run.drive {
             model.step(&mut state, u);
-        });
-        // The period begins anew: no rate from the last sample to the first.
-        state = model
-            .hysteresis()
-            .start_from(first, &state.plays().outputs(bank)[..bank.len()])
-            .map_err(|refused| Error::request(format!("start of a record: {refused}")))?;
+        }
     }
-    Ok(run.drive.iter().map(|&u| model.step(&mut state, u)).collect())
+    Ok(run
+        .drive
+        .iter()
+        .map(|&u| model.step(&mut state, u))
+        .collect())
 }

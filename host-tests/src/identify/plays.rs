@@ -28,10 +28,17 @@ pub struct Walk {
 impl Walk {
     /// The state before the run's first sample.
     pub fn new(plays: &Plays, run: &Run) -> Self {
-        let (outputs, by_threshold): (Vec<f64>, Vec<f64>) =
-            plays.thresholds.iter().map(|&r| run.start.play(run.drive[0], r)).unzip();
+        let (outputs, by_threshold): (Vec<f64>, Vec<f64>) = plays
+            .thresholds
+            .iter()
+            .map(|&r| run.start.play(run.drive[0], r))
+            .unzip();
         let by_beta = vec![0.0; outputs.len()];
-        let mut walk = Self { outputs, by_threshold, by_beta };
+        let mut walk = Self {
+            outputs,
+            by_threshold,
+            by_beta,
+        };
         if run.start == Start::Periodic {
             (0..run.drive.len()).for_each(|k| walk.step(plays, run, k));
         }
@@ -42,7 +49,10 @@ impl Walk {
     pub fn step(&mut self, plays: &Plays, run: &Run, k: usize) {
         let (u, rate) = (run.drive[k], run.rate(k));
         let half_width = plays.beta * rate;
-        let envelope = Envelope { lo: u - half_width, hi: u + half_width };
+        let envelope = Envelope {
+            lo: u - half_width,
+            hi: u + half_width,
+        };
         for (i, &r) in plays.thresholds.iter().enumerate() {
             let before = self.outputs[i];
             let after = play(before, envelope, r);

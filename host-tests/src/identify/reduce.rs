@@ -17,7 +17,11 @@ pub struct Triangle {
 impl Triangle {
     /// For rows of the given number of columns.
     pub fn new(columns: usize) -> Self {
-        Self { columns, buffer: DMatrix::zeros(columns + BLOCK, columns), filled: columns }
+        Self {
+            columns,
+            buffer: DMatrix::zeros(columns + BLOCK, columns),
+            filled: columns,
+        }
     }
 
     /// Adds a row, given by its entries, each scaled by `weight`.
@@ -53,11 +57,18 @@ pub fn non_negative(a: &DMatrix<f64>, b: &DVector<f64>) -> Vec<f64> {
     // Columns of one size: the solver's tolerance for dependent columns is absolute.
     let scale: Vec<f64> = a.column_iter().map(|c| c.norm()).collect();
     let scaled = ndarray::Array2::from_shape_fn((a.nrows(), a.ncols()), |(i, j)| {
-        if scale[j] > 0.0 { a[(i, j)] / scale[j] } else { 0.0 }
+        if scale[j] > 0.0 {
+            a[(i, j)] / scale[j]
+        } else {
+            0.0
+        }
     });
     let b = ndarray::Array1::from_iter(b.iter().copied());
     let (x, _) = nnls::nnls(scaled.view(), b.view());
-    x.iter().zip(&scale).map(|(&x, &s)| if s > 0.0 { x / s } else { 0.0 }).collect()
+    x.iter()
+        .zip(&scale)
+        .map(|(&x, &s)| if s > 0.0 { x / s } else { 0.0 })
+        .collect()
 }
 
 #[cfg(test)]
@@ -87,13 +98,18 @@ mod tests {
     /// Karush-Kuhn-Tucker: the gradient vanishes where x > 0 and does not point down where x = 0.
     #[test]
     fn non_negative_solution_is_optimal() {
-        let a = DMatrix::from_fn(8, 5, |i, j| ((i * 7 + j * 3) % 11) as f64 - 4.0 + (j == i) as u8 as f64);
+        let a = DMatrix::from_fn(8, 5, |i, j| {
+            ((i * 7 + j * 3) % 11) as f64 - 4.0 + (j == i) as u8 as f64
+        });
         let b = DVector::from_fn(8, |i, _| ((i * 5) % 7) as f64 - 2.0);
         let x = DVector::from_vec(non_negative(&a, &b));
         let gradient = a.transpose() * (&a * &x - &b);
         assert!(x.iter().any(|&x| x == 0.0) && x.iter().any(|&x| x > 0.0));
         for (x, g) in x.iter().zip(gradient.iter()) {
-            assert!(*x >= 0.0 && if *x > 0.0 { g.abs() < 1e-9 } else { *g > -1e-9 }, "{x} {g}");
+            assert!(
+                *x >= 0.0 && if *x > 0.0 { g.abs() < 1e-9 } else { *g > -1e-9 },
+                "{x} {g}"
+            );
         }
     }
 }

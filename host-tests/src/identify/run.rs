@@ -5,11 +5,13 @@ use std::ops::Range;
 use crate::dataset::{Dataset, Role, Zero};
 use crate::error::Error;
 
-use super::cycles::{first_cycle, half_cycle_frequencies, range, turning_points};
+use super::cycles::{first_cycle, half_cycle_frequencies, is_closed, range, turning_points};
 use super::start::Start;
 
 /// Share of every fit record that serves for selection where a data set names no `select` record.
 const HELD_BACK: f64 = 0.25;
+/// Turning points that a record must have for that: four cycles.
+const LEAST_TURNS: usize = 8;
 
 /// Consecutive samples of one role.
 #[derive(Clone, Debug)]
@@ -40,9 +42,19 @@ pub struct Run {
 }
 
 impl Run {
-    /// Rate of the drive at each sample in V/s: backward difference, zero at the first (J 34).
+    /// Rate of the drive at sample `k` in V/s: backward difference (J 34), zero at the first sample
+    /// unless the run is a steady loop, which goes on from its own end.
     pub fn rate(&self, k: usize) -> f64 {
-        if k == 0 { 0.0 } else { (self.drive[k] - self.drive[k - 1]).abs() / self.sample_time_s }
+        (self.drive[k] - self.before(k)).abs() / self.sample_time_s
+    }
+
+    /// The drive one sample before sample `k`, as [`Run::rate`] takes it.
+    pub fn before(&self, k: usize) -> f64 {
+        match (k, self.start) {
+            (0, Start::Periodic) => self.drive[self.drive.len() - 1],
+            (0, _) => self.drive[0],
+            _ => self.drive[k - 1],
+        }
     }
 
     /// Each record's samples in the run, scored or not, with what is scored of it.
@@ -99,18 +111,27 @@ impl Runs {
         let mut runs: Vec<Run> = Vec::new();
         let mut run_of_record = Vec::new();
         for (index, record) in dataset.records.iter().enumerate() {
-            let place = match record.continues.and_then(|before| run_of_record.get(before)) {
+            let place = match record
+                .continues
+                .and_then(|before| run_of_record.get(before))
+            {
                 Some(&place) => place,
                 None => {
-                    let turns =
-                        turning_points(&record.drive_v, range(&record.drive_v));
+                    let drive = &record.drive_v;
+                    let turns = turning_points(drive, range(drive));
+                    let left_out = first_cycle(&turns);
+                    let one_loop = left_out == 0 && turns.len() >= 2 && is_closed(drive);
                     runs.push(Run {
                         sample_time_s: record.sample_time_s,
                         drive: Vec::new(),
                         displacement: Vec::new(),
                         spans: Vec::new(),
-                        left_out: first_cycle(&turns),
-                        start: Start::Excursion(0.0),
+                        left_out,
+                        start: if one_loop {
+                            Start::Periodic
+                        } else {
+                            Start::Excursion(0.0)
+                        },
                     });
                     runs.len() - 1
                 }
@@ -121,23 +142,24 @@ impl Runs {
             run.drive.extend(&record.drive_v);
             run.displacement.extend(&record.displacement_um);
             let to = run.drive.len();
-            run.spans.push(Span { record: index, role: record.role, samples: from.min(to)..to });
-        }
-        let held_back = !dataset.records.iter().any(|r| r.role == Role::Select);
-        if held_back {
-            runs.iter_mut().for_each(hold_back);
+            run.spans.push(Span {
+                record: index,
+                role: record.role,
+                samples: from.min(to)..to,
+            });
         }
         let mut runs = Self {
             runs,
             own_offsets: dataset.zero == Zero::PerRecord || dataset.input_zero == Zero::PerRecord,
-            held_back,
+            held_back: false,
             drive_range: 0.0,
             frequency_span: 1.0,
             sign: 1.0,
             mean_gain: 0.0,
         };
         let of_fit = || {
-            runs.scored(Role::Fit).flat_map(|(_, run, span)| &run.drive[span.samples.clone()])
+            runs.scored(Role::Fit)
+                .flat_map(|(_, run, span)| &run.drive[span.samples.clone()])
         };
         runs.drive_range = of_fit().fold(f64::NEG_INFINITY, |a, &b| a.max(b))
             - of_fit().fold(f64::INFINITY, |a, &b| a.min(b));
@@ -169,6 +191,15 @@ impl Runs {
         for y in runs.runs.iter_mut().flat_map(|run| &mut run.displacement) {
             *y *= sign;
         }
+        if !dataset
+            .records
+            .iter()
+            .any(|record| record.role == Role::Select)
+        {
+            for run in &mut runs.runs {
+                runs.held_back |= hold_back(run);
+            }
+        }
         Ok(runs)
     }
 
@@ -177,7 +208,10 @@ impl Runs {
     fn line_gain(&self) -> f64 {
         let (mut uy, mut uu) = (0.0, 0.0);
         for (_, run, span) in self.scored(Role::Fit) {
-            let (u, y) = (&run.drive[span.samples.clone()], &run.displacement[span.samples.clone()]);
+            let (u, y) = (
+                &run.drive[span.samples.clone()],
+                &run.displacement[span.samples.clone()],
+            );
             let count = span.samples.len().max(1) as f64;
             let (mean_u, mean_y) = (u.iter().sum::<f64>() / count, y.iter().sum::<f64>() / count);
             for (u, y) in u.iter().zip(y) {
@@ -193,6 +227,12 @@ impl Runs {
         self.mean_gain
     }
 
+    /// The widest threshold, in volts, at which a play still moves enough to show its weight: over a
+    /// tenth of the drive's range.
+    pub fn widest_threshold(&self) -> f64 {
+        0.45 * self.drive_range
+    }
+
     /// Highest rate of the drive in the records for fitting, in V/s.
     pub fn highest_rate(&self) -> f64 {
         self.scored(Role::Fit)
@@ -203,7 +243,11 @@ impl Runs {
     /// The same runs with displacements as they were measured.
     pub fn measured(&self) -> Self {
         let mut measured = self.clone();
-        for y in measured.runs.iter_mut().flat_map(|run| &mut run.displacement) {
+        for y in measured
+            .runs
+            .iter_mut()
+            .flat_map(|run| &mut run.displacement)
+        {
             *y *= self.sign;
         }
         measured.sign = 1.0;
@@ -231,15 +275,26 @@ impl Runs {
     }
 }
 
-fn hold_back(run: &mut Run) {
-    let spans = std::mem::take(&mut run.spans);
-    for span in spans {
-        if span.role != Role::Fit {
+/// Sets the last part of each fit span of a run aside; `false` if there are too few cycles to share.
+fn hold_back(run: &mut Run) -> bool {
+    let mut any = false;
+    for span in std::mem::take(&mut run.spans) {
+        let drive = &run.drive[span.samples.clone()];
+        if span.role != Role::Fit || turning_points(drive, range(drive)).len() < LEAST_TURNS {
             run.spans.push(span);
             continue;
         }
         let cut = span.samples.end - (HELD_BACK * span.samples.len() as f64) as usize;
-        run.spans.push(Span { samples: span.samples.start..cut, ..span.clone() });
-        run.spans.push(Span { role: Role::Select, samples: cut..span.samples.end, ..span });
+        run.spans.push(Span {
+            samples: span.samples.start..cut,
+            ..span.clone()
+        });
+        run.spans.push(Span {
+            role: Role::Select,
+            samples: cut..span.samples.end,
+            ..span
+        });
+        any = true;
     }
+    any
 }

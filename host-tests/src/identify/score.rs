@@ -32,7 +32,10 @@ fn residual_moments(run: &Run, predicted: &[f64], wanted: impl Fn(Role) -> bool)
     };
     let count = residuals().count().max(1) as f64;
     let mean = residuals().sum::<f64>() / count;
-    (mean, residuals().map(|e| (e - mean).powi(2)).sum::<f64>() / count)
+    (
+        mean,
+        residuals().map(|e| (e - mean).powi(2)).sum::<f64>() / count,
+    )
 }
 
 /// The offset of each run in micrometres: its own mean residual, or one for all from the records
@@ -46,7 +49,11 @@ pub fn offsets(runs: &Runs, predicted: &[Vec<f64>]) -> Vec<f64> {
     let means: Vec<f64> = runs
         .scored(Role::Fit)
         .map(|(i, run, span)| {
-            let sum: f64 = span.samples.clone().map(|k| run.displacement[k] - predicted[i][k]).sum();
+            let sum: f64 = span
+                .samples
+                .clone()
+                .map(|k| run.displacement[k] - predicted[i][k])
+                .sum();
             sum / span.samples.len().max(1) as f64
         })
         .collect();
@@ -68,8 +75,7 @@ pub fn rms(runs: &Runs, predicted: &[Vec<f64>], offsets: &[f64], role: Role) -> 
             sum / span.samples.len() as f64
         })
         .collect();
-    (!squares.is_empty())
-        .then(|| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt())
+    (!squares.is_empty()).then(|| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt())
 }
 
 /// Score of a fitted stage on one role.
@@ -86,18 +92,25 @@ pub fn choose_starts(fitted: &Fitted, runs: &mut Runs) {
         offsets(runs, &predicted)
     };
     let own = runs.own_offsets;
-    runs.runs.par_iter_mut().zip(shared).for_each(|(run, offset)| {
-        let mut trial = run.clone();
-        let mut best = (f64::INFINITY, run.start);
-        for &start in &menu {
-            trial.start = start;
-            let (mean, variance) = residual_moments(&trial, &predict(fitted, &trial), |_| true);
-            let square = if own { variance } else { variance + (mean - offset).powi(2) };
-            // An equal history further down the menu is not a better one.
-            if square < best.0 * (1.0 - 1e-9) {
-                best = (square, start);
+    runs.runs
+        .par_iter_mut()
+        .zip(shared)
+        .for_each(|(run, offset)| {
+            let mut trial = run.clone();
+            let mut best = (f64::INFINITY, run.start);
+            for &start in &menu {
+                trial.start = start;
+                let (mean, variance) = residual_moments(&trial, &predict(fitted, &trial), |_| true);
+                let square = if own {
+                    variance
+                } else {
+                    variance + (mean - offset).powi(2)
+                };
+                // An equal history further down the menu is not a better one.
+                if square < best.0 * (1.0 - 1e-9) {
+                    best = (square, start);
+                }
             }
-        }
-        run.start = best.1;
-    });
+            run.start = best.1;
+        });
 }

@@ -27,6 +27,10 @@ const WORTH_A_TERM: f64 = 0.97;
 /// Frequencies the records must span for beta to be told from a delay: a decade.
 const DECADE: f64 = 10.0;
 
+/// Up to so many plays their spacing is fitted, and freed if that helps; more of them lie close
+/// enough together to take any shape by their weights alone.
+const FEW: usize = 6;
+
 /// How records of different rates are weighed against each other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum RecordWeights {
@@ -54,7 +58,13 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { plays: None, thresholds: None, beta: None, asymmetry: true, weights: RecordWeights::Equal }
+        Self {
+            plays: None,
+            thresholds: None,
+            beta: None,
+            asymmetry: true,
+            weights: RecordWeights::Equal,
+        }
     }
 }
 
@@ -78,17 +88,33 @@ pub fn identify(
 
     progress("states at the start of the records");
     for plays in [4, 8] {
-        let fit = Fit { runs: &runs, emphasis: &emphasis, most_rows: ROWS.start };
+        let fit = Fit {
+            runs: &runs,
+            emphasis: &emphasis,
+            most_rows: ROWS.start,
+        };
         let fitted = spaced(&fit, plays, with_beta);
         choose_starts(&fitted, &mut runs);
     }
 
     let mut fitted = choose_plays(&runs, &emphasis, options, with_beta, progress);
-    let fit = Fit { runs: &runs, emphasis: &emphasis, most_rows: ROWS.start };
-    let judge = |fitted: &Fitted| score(fitted, &runs, Role::Select).unwrap_or(f64::INFINITY);
+    let fit = Fit {
+        runs: &runs,
+        emphasis: &emphasis,
+        most_rows: ROWS.start,
+    };
+    let judge = |fitted: &Fitted| judge(fitted, &runs);
     let mut best = judge(&fitted);
-    let mut thresholds = Thresholds::Spaced;
-    if options.thresholds.unwrap_or(Thresholds::Free) == Thresholds::Free {
+    let few = fitted.plays.thresholds.len() <= FEW;
+    let mut thresholds = if few {
+        Thresholds::Spaced
+    } else {
+        Thresholds::Fixed
+    };
+    if options
+        .thresholds
+        .map_or(few, |wanted| wanted == Thresholds::Free)
+    {
         progress("free thresholds");
         let free = fit.minimise(&fitted, Thresholds::Free, with_beta);
         let free_score = judge(&free);
@@ -109,10 +135,16 @@ pub fn identify(
     }
     if options.asymmetry {
         progress("asymmetry");
+        let symmetric = fitted.clone();
         for corners in 0..=4 {
-            let Some(map) = straight_map(&fitted, &runs, corners) else { continue };
-            let start = Fitted { map: Some(map), ..fitted.clone() };
-            let shaped = fit.minimise(&start, thresholds, beta_fitted);
+            let Some(map) = straight_map(&symmetric, &runs, corners) else {
+                continue;
+            };
+            let start = Fitted {
+                map: Some(map),
+                ..symmetric.clone()
+            };
+            let shaped = fit.weights(&fitted.plays, Some(&start), start.map.clone());
             let shaped_score = judge(&shaped);
             if shaped_score < WORTH_A_TERM * best {
                 (fitted, best) = (shaped, shaped_score);
@@ -123,11 +155,29 @@ pub fn identify(
     progress("final fit");
     choose_starts(&fitted, &mut runs);
     runs.give_back();
-    let fit = Fit { runs: &runs, emphasis: &emphasis, most_rows: ROWS.end };
-    let thresholds = options.thresholds.unwrap_or(thresholds);
-    fitted = fit.minimise(&fitted, thresholds, beta_fitted);
-    let findings = Findings { fitted, thresholds, beta_visible, beta_fitted, noise };
+    let fit = Fit {
+        runs: &runs,
+        emphasis: &emphasis,
+        most_rows: ROWS.end,
+    };
+    fitted = fit.minimise(&fitted, thresholds, beta_fitted).pruned();
+    let findings = Findings {
+        fitted,
+        thresholds,
+        beta_visible,
+        beta_fitted,
+        noise,
+    };
     Identification::new(dataset, &runs, findings)
+}
+
+/// What a structure is chosen by: its score on the records for selection. Where there are none and
+/// none could be held back, that on the records for fitting; [`WORTH_A_PLAY`] and [`WORTH_A_TERM`]
+/// then stand alone against overfitting.
+fn judge(fitted: &Fitted, runs: &Runs) -> f64 {
+    score(fitted, runs, Role::Select)
+        .or_else(|| score(fitted, runs, Role::Fit))
+        .unwrap_or(f64::INFINITY)
 }
 
 /// The best model with the fewest plays on one spacing.
@@ -138,7 +188,11 @@ fn choose_plays(
     with_beta: bool,
     progress: &(dyn Fn(&str) + Sync),
 ) -> Fitted {
-    let fit = Fit { runs, emphasis, most_rows: ROWS.start };
+    let fit = Fit {
+        runs,
+        emphasis,
+        most_rows: ROWS.start,
+    };
     let numbers = match &options.plays {
         Some(plays) => std::slice::from_ref(plays),
         None => &PLAYS[..],
@@ -148,30 +202,47 @@ fn choose_plays(
         .map(|&plays| {
             let fitted = spaced(&fit, plays, with_beta);
             progress(&format!("{plays} plays"));
-            (score(&fitted, runs, Role::Select).unwrap_or(f64::INFINITY), fitted)
+            (judge(&fitted, runs), fitted)
         })
         .collect();
-    let lowest = candidates.iter().map(|(score, _)| *score).fold(f64::INFINITY, f64::min);
+    let lowest = candidates
+        .iter()
+        .map(|(score, _)| *score)
+        .fold(f64::INFINITY, f64::min);
+    // Data without noise can be met to rounding; there is nothing to gain below a millionth.
+    let enough = 1e-6 * runs.mean_gain() * runs.drive_range;
     candidates
         .into_iter()
-        .find(|(score, _)| WORTH_A_PLAY * score <= lowest)
+        .find(|(score, _)| WORTH_A_PLAY * score <= lowest || *score <= enough)
         .map_or_else(|| spaced(&fit, 1, with_beta), |(_, fitted)| fitted)
 }
 
 /// A fit of so many plays on one spacing, started from an even spread over the drive's range.
 fn spaced(fit: &Fit<'_>, plays: usize, with_beta: bool) -> Fitted {
-    // A play wider than half the range is never captured.
-    let widest = 0.5 * fit.runs.drive_range;
-    let spacing = widest / (plays + 1) as f64;
-    let thresholds = (1..=plays).map(|i| i as f64 * spacing).collect();
-    let beta = if with_beta { 0.1 * widest / fit.runs.highest_rate() } else { 0.0 };
+    let widest = fit.runs.widest_threshold();
+    let thresholds = (1..=plays)
+        .map(|i| widest * i as f64 / plays as f64)
+        .collect();
+    let beta = if with_beta {
+        0.1 * widest / fit.runs.highest_rate()
+    } else {
+        0.0
+    };
     let start = fit.weights(&Plays { thresholds, beta }, None, None);
-    fit.minimise(&start, Thresholds::Spaced, with_beta)
+    let thresholds = if plays <= FEW {
+        Thresholds::Spaced
+    } else {
+        Thresholds::Fixed
+    };
+    fit.minimise(&start, thresholds, with_beta)
 }
 
 /// A straight map over the range that the fitted hysteresis reaches; `None` if it has no free slope.
 fn straight_map(fitted: &Fitted, runs: &Runs, corners: usize) -> Option<Map> {
-    let bare = Fitted { map: None, ..fitted.clone() };
+    let bare = Fitted {
+        map: None,
+        ..fitted.clone()
+    };
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
     for (_, run, span) in runs.scored(Role::Fit) {
         for w in &predict(&bare, run)[span.samples.clone()] {

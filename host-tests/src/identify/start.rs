@@ -18,7 +18,11 @@ impl Start {
         let sizes = [0.1, 0.25, 0.5, 0.75, 1.0, 2.0];
         [Self::Excursion(0.0), Self::Zero, Self::Periodic]
             .into_iter()
-            .chain(sizes.iter().flat_map(|s| [Self::Excursion(s * range), Self::Excursion(-s * range)]))
+            .chain(
+                sizes
+                    .iter()
+                    .flat_map(|s| [Self::Excursion(s * range), Self::Excursion(-s * range)]),
+            )
             .collect()
     }
 
@@ -73,7 +77,10 @@ mod tests {
             let (u0, r) = (3.0, 1.0);
             let out = play(u0, Envelope::closed(u0 + volts), r);
             let back = play(out, Envelope::closed(u0), r);
-            assert!((Start::Excursion(volts).play(u0, r).0 - back).abs() < 1e-12, "{volts}");
+            assert!(
+                (Start::Excursion(volts).play(u0, r).0 - back).abs() < 1e-12,
+                "{volts}"
+            );
         }
     }
 }

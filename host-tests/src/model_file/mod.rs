@@ -32,7 +32,7 @@ pub struct ModelFile {
     /// Units of everything in the file.
     pub units: Units,
     /// Stages in the order of the signal, drive to displacement: `hysteresis`, then `asymmetry`, then
-    /// `offset`, the last two where there are any.
+    /// `output`, the last two where there are any.
     #[serde(rename = "stage")]
     #[schemars(length(min = 1))]
     pub stages: Vec<Stage>,
@@ -102,8 +102,8 @@ pub enum Stage {
     Hysteresis(Hysteresis),
     /// The one-sided dead-zone bank on the output of the hysteresis.
     Asymmetry(Asymmetry),
-    /// A constant added to the displacement.
-    Offset(Offset),
+    /// Gain and offset from the normalised displacement to micrometres.
+    Output(Output),
 }
 
 /// Rate-dependent Prandtl-Ishlinskii operator: w = a_0 u + sum a_i z_i, where z_i is a play of u with
@@ -114,7 +114,7 @@ pub struct Hysteresis {
     /// alpha_1 .. alpha_n in V: increasing and > 0.
     #[schemars(inner(range(min = 0.0)))]
     pub thresholds_v: Vec<f64>,
-    /// a_0 .. a_n in um/V, one more than thresholds; a_0 belongs to the drive itself.
+    /// a_0 .. a_n in V/V, one more than thresholds; a_0 belongs to the drive itself.
     #[schemars(length(min = 1))]
     pub weights: Vec<f64>,
     /// beta in s: how much a threshold grows for each V/s of rate. 0 for a rate-independent operator.
@@ -127,7 +127,7 @@ pub struct Hysteresis {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Asymmetry {
-    /// rho_1 .. in um of each side: increasing and > 0; may be empty.
+    /// rho_1 .. in V of each side: increasing and > 0; may be empty.
     pub thresholds: TwoSided,
     /// g_0 .. of each side, a pure number, one more than thresholds of that side.
     pub slopes: TwoSided,
@@ -143,11 +143,13 @@ pub struct TwoSided {
     pub negative: Vec<f64>,
 }
 
-/// Constant added to the displacement.
+/// Gain and offset: displacement = offset + gain w, where w is what the stages before yield, in V.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Offset {
-    /// The constant in um.
+pub struct Output {
+    /// The gain in um/V, not zero.
+    pub gain_um_per_v: f64,
+    /// The displacement in um where w = 0.
     pub offset_um: f64,
 }
 
@@ -157,7 +159,7 @@ impl Stage {
         match self {
             Self::Hysteresis(_) => "hysteresis",
             Self::Asymmetry(_) => "asymmetry",
-            Self::Offset(_) => "offset",
+            Self::Output(_) => "output",
         }
     }
 }
@@ -190,13 +192,26 @@ impl ModelFile {
         })
     }
 
-    /// The constant added to the displacement in um: 0 where there is no offset stage.
-    pub fn offset_um(&self) -> f64 {
-        let offset = self.stages.iter().find_map(|stage| match stage {
-            Stage::Offset(offset) => Some(offset.offset_um),
+    /// Gain in um/V and offset in um: 1 and 0 where there is no output stage.
+    pub fn output(&self) -> (f64, f64) {
+        let output = self.stages.iter().find_map(|stage| match stage {
+            Stage::Output(output) => Some((output.gain_um_per_v, output.offset_um)),
             _ => None,
         });
-        offset.unwrap_or(0.0)
+        output.unwrap_or((1.0, 0.0))
+    }
+
+    /// The parameters of all stages under their keys, for JSON and tables.
+    pub fn parameters(&self) -> serde_json::Map<String, serde_json::Value> {
+        let mut parameters = serde_json::Map::new();
+        for stage in &self.stages {
+            // A stage is a flat set of numbers: it always becomes an object.
+            if let Ok(serde_json::Value::Object(mut fields)) = serde_json::to_value(stage) {
+                fields.remove("name");
+                parameters.append(&mut fields);
+            }
+        }
+        parameters
     }
 }
 

@@ -11,7 +11,7 @@ use crate::error::{Error, Place, quoted};
 use crate::toml_text::{Step, Steps, TomlText, read_text};
 
 /// Stage names in the order in which they may stand.
-const ORDER: [&str; 3] = ["hysteresis", "asymmetry", "offset"];
+const ORDER: [&str; 3] = ["hysteresis", "asymmetry", "output"];
 
 /// Everything but the stages.
 #[derive(Deserialize)]
@@ -138,7 +138,7 @@ fn read_stage<'a>(stage: Spanned<DeValue<'a>>, toml: &TomlText<'a>) -> Result<St
     match name.get_ref().as_str() {
         Some("hysteresis") => toml.typed(body).map(Stage::Hysteresis),
         Some("asymmetry") => toml.typed(body).map(Stage::Asymmetry),
-        Some("offset") => toml.typed(body).map(Stage::Offset),
+        Some("output") => toml.typed(body).map(Stage::Output),
         Some(other) => Err(place.error(format!(
             "there is no stage {}; the stages are {known}",
             quoted(other)
@@ -204,7 +204,10 @@ fn check_stage(stage: &Stage) -> Result<(), Fault> {
             }
             Ok(())
         }
-        Stage::Offset(offset) => check_number(&[Step::Key("offset_um")], offset.offset_um),
+        Stage::Output(output) => {
+            check_number(&[Step::Key("gain_um_per_v")], output.gain_um_per_v)?;
+            check_number(&[Step::Key("offset_um")], output.offset_um)
+        }
     }
 }
 

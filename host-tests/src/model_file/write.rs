@@ -29,7 +29,10 @@ impl ModelFile {
                     ("thresholds", two_sided(&asymmetry.thresholds)),
                     ("slopes", two_sided(&asymmetry.slopes)),
                 ],
-                Stage::Offset(offset) => vec![("offset_um", number(offset.offset_um))],
+                Stage::Output(output) => vec![
+                    ("gain_um_per_v", number(output.gain_um_per_v)),
+                    ("offset_um", number(output.offset_um)),
+                ],
             };
             // Writing to a String cannot fail.
             let _ = write!(text, "\n[[stage]]\nname = \"{}\"\n", stage.name());

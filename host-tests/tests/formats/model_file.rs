@@ -1,7 +1,7 @@
 //! Model files: read, written, refused, built in.
 
 use hysteron_host::model_file::{
-    Asymmetry, BUILTIN_NAMES, Hysteresis, ModelFile, Offset, Stage, TwoSided, builtin, load, parse,
+    Asymmetry, BUILTIN_NAMES, Hysteresis, ModelFile, Output, Stage, TwoSided, builtin, load, parse,
     resolve,
 };
 use proptest::prelude::*;
@@ -29,7 +29,8 @@ thresholds = { positive = [10.0], negative = [] }
 slopes = { positive = [1.0, 0.125], negative = [0.5] }
 
 [[stage]]
-name = "offset"
+name = "output"
+gain_um_per_v = 12.5
 offset_um = -1e-7
 "#;
 
@@ -52,7 +53,10 @@ fn expected() -> ModelFile {
                     negative: vec![0.5],
                 },
             }),
-            Stage::Offset(Offset { offset_um: -1e-7 }),
+            Stage::Output(Output {
+                gain_um_per_v: 12.5,
+                offset_um: -1e-7,
+            }),
         ],
     )
 }
@@ -62,7 +66,7 @@ fn text_and_model_agree() {
     let model = parse(MODEL, "m.toml").unwrap();
     assert_eq!(model, expected());
     assert_eq!(model.to_toml_string(), MODEL);
-    assert_eq!(model.offset_um(), -1e-7);
+    assert_eq!(model.output(), (12.5, -1e-7));
     assert_eq!(model.hysteresis().unwrap().thresholds_v, [9.715, 19.43]);
     assert_eq!(model.asymmetry().unwrap().slopes.negative, [0.5]);
     let folder = Folder::new(&[("m.toml", MODEL.as_bytes())]);
@@ -143,17 +147,17 @@ fn refusals() {
         (
             "name = \"hysteresis\"\n",
             "",
-            "m.toml:10: the stage has no name; give it one of hysteresis, asymmetry, offset",
+            "m.toml:10: the stage has no name; give it one of hysteresis, asymmetry, output",
         ),
         (
             "\"hysteresis\"",
             "\"creep\"",
-            "m.toml:11: there is no stage \"creep\"; the stages are hysteresis, asymmetry, offset",
+            "m.toml:11: there is no stage \"creep\"; the stages are hysteresis, asymmetry, output",
         ),
         (
             "\"hysteresis\"",
             "3",
-            "m.toml:11: the stage's name is not a string; use one of hysteresis, asymmetry, offset",
+            "m.toml:11: the stage's name is not a string; use one of hysteresis, asymmetry, output",
         ),
         (
             "beta_s = 0.0008572",
@@ -203,7 +207,7 @@ fn refusals() {
         (
             "offset_um = -1e-7",
             "offset_um = nan",
-            "m.toml:23: offset.offset_um: NaN is not a finite number; write one",
+            "m.toml:24: output.offset_um: NaN is not a finite number; write one",
         ),
         (
             "[[stage]]\nname = \"asymmetry\"",
@@ -211,14 +215,14 @@ fn refusals() {
             "m.toml:16: a second stage hysteresis; keep one",
         ),
         (
-            "name = \"offset\"\noffset_um = -1e-7",
+            "name = \"output\"\ngain_um_per_v = 12.5\noffset_um = -1e-7",
             "name = \"hysteresis\"\nthresholds_v = []\nweights = [1]\nbeta_s = 0",
-            "m.toml:21: stage hysteresis stands after asymmetry; the order is hysteresis, asymmetry, offset",
+            "m.toml:21: stage hysteresis stands after asymmetry; the order is hysteresis, asymmetry, output",
         ),
         (
             "name = \"hysteresis\"\nthresholds_v = [9.715, 19.43]\nweights = [0.7236, 0.2906, -0.0416]\nbeta_s = 0.0008572",
-            "name = \"offset\"\noffset_um = 1",
-            "m.toml:14: stage asymmetry stands after offset; the order is hysteresis, asymmetry, offset",
+            "name = \"output\"\ngain_um_per_v = 1\noffset_um = 1",
+            "m.toml:15: stage asymmetry stands after output; the order is hysteresis, asymmetry, output",
         ),
         (
             "[[stage]]\nname = \"hysteresis\"\nthresholds_v = [9.715, 19.43]\nweights = [0.7236, 0.2906, -0.0416]\nbeta_s = 0.0008572\n",
@@ -334,12 +338,15 @@ prop_compose! {
         weights in numbers(plays + 1),
         scalars in numbers(2),
         asymmetry in prop::option::of(two_sided()),
-        offset in any::<bool>(),
+        output in any::<bool>(),
     ) -> ModelFile {
         let hysteresis = Hysteresis { thresholds_v, weights, beta_s: scalars[0] };
         let mut stages = vec![Stage::Hysteresis(hysteresis)];
         stages.extend(asymmetry.map(Stage::Asymmetry));
-        stages.extend(offset.then_some(Stage::Offset(Offset { offset_um: scalars[1] })));
+        stages.extend(output.then_some(Stage::Output(Output {
+            gain_um_per_v: scalars[0],
+            offset_um: scalars[1],
+        })));
         ModelFile::new(name, stages)
     }
 }

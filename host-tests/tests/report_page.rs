@@ -198,6 +198,11 @@ fn drawn_points_lie_at_their_values() {
         drawn[0].attribute("data-points"),
         Some("0.05,6.1 0.3,-2.4 1,0 40,9.9 100,3.3")
     );
+    assert!(
+        drawn[1]
+            .attribute("data-points")
+            .is_some_and(|ends| ends.ends_with(",5"))
+    );
     for (_, py) in corners(path_of(&drawn[1])) {
         assert!((value_at(&plots[0], "data-y", py) - 5.0).abs() < 5e-3);
     }

@@ -91,11 +91,11 @@ fn longest(ticks: &[Tick]) -> f64 {
 /// All values the horizontal axis must hold; bars need half their pitch beside them.
 fn x_values(plot: &Plot) -> impl Iterator<Item = f64> {
     let bars: Vec<f64> = bar_positions(plot).collect();
-    let half = 0.5 * narrowest(bars.iter().copied());
-    let half = if half.is_finite() && !plot.x.log {
-        half
-    } else {
-        0.0
+    let pitch = narrowest(bars.iter().copied());
+    let half = match pitch.is_finite() {
+        _ if plot.x.log => 0.0,
+        true => 0.5 * pitch,
+        false => bars.first().map_or(0.0, |x| 0.05 * x.abs()),
     };
     let points = plot
         .series

@@ -64,18 +64,26 @@ impl Ink {
     }
 
     fn level(frame: &Frame, series: &Series) -> Self {
-        let level = series.y.first().map_or(f64::NAN, |&y| frame.y_at(y));
-        let seen = level.is_finite();
-        let path = if seen {
-            line_path(&[(frame.left, level), (frame.right, level)], &[vec![0, 1]])
-        } else {
-            String::new()
-        };
+        let value = series.y.first().copied().unwrap_or(f64::NAN);
+        let level = frame.y_at(value);
+        if !level.is_finite() {
+            return Self {
+                path: String::new(),
+                quoted: None,
+                drawable: 0,
+                drawn: 0,
+            };
+        }
+        let path = line_path(&[(frame.left, level), (frame.right, level)], &[vec![0, 1]]);
+        let ends = [frame.x.low, frame.x.high];
+        let quoted = ends
+            .map(|end| format!("{},{}", machine(end), machine(value)))
+            .join(" ");
         Self {
             path,
-            quoted: None,
-            drawable: seen.into(),
-            drawn: seen.into(),
+            quoted: Some(quoted),
+            drawable: 1,
+            drawn: 1,
         }
     }
 }

@@ -23,6 +23,7 @@
 //! assert!(html.contains("data-key=\"rms.report\" data-value=\"0.31\""));
 //! ```
 
+mod curve;
 mod decimate;
 mod frame;
 mod ink;

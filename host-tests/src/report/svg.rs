@@ -14,19 +14,19 @@ const KINDS: usize = 6;
 /// Markers that series refer to; once on a page.
 pub(super) fn markers() -> Markup {
     let shapes: [&str; KINDS] = [
-        "M-34 0a34 34 0 1 0 68 0a34 34 0 1 0 -68 0z",
-        "M-30 -30h60v60h-60z",
-        "M0 -40L38 28H-38z",
-        "M0 -44L44 0L0 44L-44 0z",
-        "M0 40L38 -28H-38z",
-        "M-12 -38h24v26h26v24h-26v26h-24v-26h-26v-24h26z",
+        "M-38 0a38 38 0 1 0 76 0a38 38 0 1 0 -76 0z",
+        "M-34 -34h68v68h-68z",
+        "M0 -46L44 32H-44z",
+        "M0 -49L49 0L0 49L-49 0z",
+        "M0 46L44 -32H-44z",
+        "M-14 -44h28v30h30v28h-30v30h-28v-30h-30v-28h30z",
     ];
     html! {
         svg width="0" height="0" style="position:absolute" aria-hidden="true" {
             defs {
                 @for (k, shape) in shapes.iter().enumerate() {
-                    marker id={ "m" (k) } class={ "k" (k) } viewBox="-50 -50 100 100"
-                        markerUnits="userSpaceOnUse" markerWidth="100" markerHeight="100" {
+                    marker id={ "m" (k) } class={ "k" (k) } viewBox="-55 -55 110 110"
+                        markerUnits="userSpaceOnUse" markerWidth="110" markerHeight="110" {
                         path d=(shape) {}
                     }
                 }

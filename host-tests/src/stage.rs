@@ -1,7 +1,7 @@
 //! From a model file to the model and compensator of the core, in double precision.
 
 use hysteron::effect::asymmetry::{Asymmetry, Side};
-use hysteron::error::{Field, ParameterError};
+use hysteron::error::{Field, ParameterError, SampleError};
 use hysteron::hysteresis::Parameters;
 
 use crate::error::Error;
@@ -40,6 +40,23 @@ pub fn compensator(file: &ModelFile, sample_time_s: f64) -> Result<Compensator, 
         .map_err(|refused| {
             Error::request(format!("model \"{}\" has no inverse: {refused}", file.name))
         })
+}
+
+/// The drive in volts for a reference in micrometres, from plays at zero.
+///
+/// # Errors
+/// A reference that is not finite.
+pub fn compensate(compensator: &Compensator, reference: &[f64]) -> Result<Vec<f64>, SampleError> {
+    let Some(&first) = reference.first() else { return Ok(Vec::new()) };
+    let mut state = compensator.start(first)?;
+    reference.iter().map(|&v| compensator.step(&mut state, v)).collect()
+}
+
+/// The displacement in micrometres for a finite drive in volts, from plays at zero.
+pub fn simulate(model: &Model, drive: &[f64]) -> Vec<f64> {
+    let Some(&first) = drive.first() else { return Vec::new() };
+    let mut state = model.start(first);
+    drive.iter().map(|&u| model.step(&mut state, u)).collect()
 }
 
 fn build(file: &ModelFile, sample_time_s: f64) -> Result<Model, ParameterError> {

@@ -192,6 +192,16 @@ impl ModelFile {
         })
     }
 
+    /// The same model without its rate term, beta = 0.
+    pub fn rate_independent(mut self) -> Self {
+        for stage in &mut self.stages {
+            if let Stage::Hysteresis(hysteresis) = stage {
+                hysteresis.beta_s = 0.0;
+            }
+        }
+        self
+    }
+
     /// Gain in um/V and offset in um: 1 and 0 where there is no output stage.
     pub fn output(&self) -> (f64, f64) {
         let output = self.stages.iter().find_map(|stage| match stage {

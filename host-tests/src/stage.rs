@@ -47,14 +47,21 @@ pub fn compensator(file: &ModelFile, sample_time_s: f64) -> Result<Compensator, 
 /// # Errors
 /// A reference that is not finite.
 pub fn compensate(compensator: &Compensator, reference: &[f64]) -> Result<Vec<f64>, SampleError> {
-    let Some(&first) = reference.first() else { return Ok(Vec::new()) };
+    let Some(&first) = reference.first() else {
+        return Ok(Vec::new());
+    };
     let mut state = compensator.start(first)?;
-    reference.iter().map(|&v| compensator.step(&mut state, v)).collect()
+    reference
+        .iter()
+        .map(|&v| compensator.step(&mut state, v))
+        .collect()
 }
 
 /// The displacement in micrometres for a finite drive in volts, from plays at zero.
 pub fn simulate(model: &Model, drive: &[f64]) -> Vec<f64> {
-    let Some(&first) = drive.first() else { return Vec::new() };
+    let Some(&first) = drive.first() else {
+        return Vec::new();
+    };
     let mut state = model.start(first);
     drive.iter().map(|&u| model.step(&mut state, u)).collect()
 }

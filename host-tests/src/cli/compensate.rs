@@ -47,8 +47,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     }
     let reference = read(&arguments.reference, Quantity::Reference)?;
     let compensator = stage::compensator(&file, reference.sample_time_s)?;
-    let drive = stage::compensate(&compensator, &reference.values)
-        .map_err(|refused| Error::request(format!("{}: {refused}", arguments.reference.display())))?;
+    let drive = stage::compensate(&compensator, &reference.values).map_err(|refused| {
+        Error::request(format!("{}: {refused}", arguments.reference.display()))
+    })?;
     let mut out = AtomicFile::create(&arguments.out)?;
     out.write_columns(&[("time_s", &reference.time_s), ("drive_v", &drive)])?;
     out.commit()

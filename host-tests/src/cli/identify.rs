@@ -95,7 +95,9 @@ impl Arguments {
 pub fn run(arguments: &Arguments) -> Result<(), Error> {
     let dataset = Dataset::load(&arguments.data)?;
     let steps = progress::steps("identifying");
-    let found = identify(&dataset, &arguments.options(), &|step| steps.set_message(step.to_owned()))?;
+    let found = identify(&dataset, &arguments.options(), &|step| {
+        steps.set_message(step.to_owned())
+    })?;
     steps.finish_and_clear();
 
     let mut folder = OutputFolder::create(&arguments.out)?;
@@ -104,7 +106,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     folder.add("report.html", page(&found).to_html())?;
     folder.commit()?;
     print_summary(&found);
-    println!("written to {}: model.toml, identification.json, report.html", arguments.out.display());
+    println!(
+        "written to {}: model.toml, identification.json, report.html",
+        arguments.out.display()
+    );
     Ok(())
 }
 
@@ -115,13 +120,34 @@ fn print_summary(found: &Identification) {
         None => "-".to_owned(),
     };
     let row = |what: &str, fit, select, report| {
-        println!("{what:<26} {:>10} {:>10} {:>10}", shown(fit), shown(select), shown(report));
+        println!(
+            "{what:<26} {:>10} {:>10} {:>10}",
+            shown(fit),
+            shown(select),
+            shown(report)
+        );
     };
-    println!("{:<26} {:>10} {:>10} {:>10}", format!("rms residual ({unit})"), "fit", "select", "report");
-    row("straight line", found.line_rms.fit, found.line_rms.select, found.line_rms.report);
+    println!(
+        "{:<26} {:>10} {:>10} {:>10}",
+        format!("rms residual ({unit})"),
+        "fit",
+        "select",
+        "report"
+    );
+    row(
+        "straight line",
+        found.line_rms.fit,
+        found.line_rms.select,
+        found.line_rms.report,
+    );
     row("model", found.rms.fit, found.rms.select, found.rms.report);
     if let Some((noise, source)) = found.noise {
-        println!("{:<26} {:>10}  {}", "noise floor", shown(Some(noise)), source.describe());
+        println!(
+            "{:<26} {:>10}  {}",
+            "noise floor",
+            shown(Some(noise)),
+            source.describe()
+        );
     }
     println!("{}", found.describe_structure());
 }

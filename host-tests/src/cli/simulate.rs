@@ -33,6 +33,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     let model = stage::model(&file, drive.sample_time_s)?;
     let displacement = stage::simulate(&model, &drive.values);
     let mut out = AtomicFile::create(&arguments.out)?;
-    out.write_columns(&[("time_s", &drive.time_s), ("displacement_um", &displacement)])?;
+    out.write_columns(&[
+        ("time_s", &drive.time_s),
+        ("displacement_um", &displacement),
+    ])?;
     out.commit()
 }

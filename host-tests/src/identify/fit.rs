@@ -16,8 +16,8 @@ use super::reduce::{Triangle, non_negative};
 use super::run::{Run, Runs, Span};
 
 /// Share of the stage's mean gain that the weight of the drive itself keeps at least: with none the
-/// model has no inverse.
-const LEAST_WEIGHT_0: f64 = 0.02;
+/// model has no inverse, with little of it the inverse leaps wherever the reference turns.
+const LEAST_WEIGHT_0: f64 = 0.1;
 
 /// How thresholds are parametrised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

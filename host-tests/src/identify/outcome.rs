@@ -7,6 +7,7 @@ use crate::error::Error;
 use crate::model_file::{Asymmetry, Hysteresis, ModelFile, Output, Stage, TwoSided};
 use crate::stage;
 
+use super::cycles::{half_cycle_frequencies, range, turning_points};
 use super::fit::{Fitted, Thresholds};
 use super::noise::Source;
 use super::run::{Run, Runs};
@@ -50,6 +51,8 @@ pub struct RecordFigures {
     pub start: String,
     /// Seconds at its start that are not scored.
     pub left_out_s: f64,
+    /// Median frequency at which it moves, in hertz; `None` if it turns less than twice.
+    pub frequency_hz: Option<f64>,
     /// Time of each sample in seconds.
     pub time_s: Vec<f64>,
     /// Drive in volts.
@@ -153,6 +156,7 @@ impl Identification {
                         None => run.start.describe(),
                     },
                     left_out_s: (span.samples.start - at.start) as f64 * run.sample_time_s,
+                    frequency_hz: median_frequency(&record.drive_v, record.sample_time_s),
                     time_s: record.time_s.clone(),
                     drive_v: record.drive_v.clone(),
                     measured_um: record.displacement_um.clone(),
@@ -175,6 +179,56 @@ impl Identification {
             records,
             held_back: runs.held_back,
         })
+    }
+
+    /// What kind of model was found, in a sentence.
+    pub fn describe_structure(&self) -> String {
+        let Some(hysteresis) = self.model.hysteresis() else {
+            return String::new();
+        };
+        let plays = hysteresis.thresholds_v.len();
+        let rate = if hysteresis.beta_s > 0.0 {
+            format!("rate term beta = {:.4e} s", hysteresis.beta_s)
+        } else if self.beta_visible {
+            "no rate term: it does not help".to_owned()
+        } else {
+            "no rate term: the fit records move at too few frequencies to show one".to_owned()
+        };
+        let map = match self.model.asymmetry() {
+            Some(_) => "with an asymmetry map",
+            None => "symmetric",
+        };
+        format!(
+            "{plays} play operator{}, {map}, {rate}, gain {:.5} um/V",
+            if plays == 1 { "" } else { "s" },
+            self.model.output().0
+        )
+    }
+
+    /// What the figures rest on, a sentence each.
+    pub fn notes(&self) -> Vec<String> {
+        let mut notes = vec![
+            "The state of the plays at a record's start is unknown. It is taken from a short menu of \
+             histories, the one that explains the record best; where a record has more than one \
+             cycle, its first is left out of the score as well."
+                .to_owned(),
+            format!(
+                "The fit records move over a ratio of frequencies of {:.3}; a rate term is only \
+                 fitted from 10 on, because below it cannot be told from a delay or a lag.",
+                self.frequency_span
+            ),
+        ];
+        if self.held_back {
+            notes.push(
+                "No record has the role select: the last quarter of each fit record served to \
+                 choose the structure, and was given back for the final fit."
+                    .to_owned(),
+            );
+        }
+        if self.rms.report.is_none() {
+            notes.push("No record has the role report: there is no held-out figure.".to_owned());
+        }
+        notes
     }
 
     /// The contents of `identification.json`; lengths in the unit of the data set, parameters under
@@ -221,6 +275,13 @@ impl Identification {
             "records": records,
         })
     }
+}
+
+fn median_frequency(drive: &[f64], sample_time_s: f64) -> Option<f64> {
+    let turns = turning_points(drive, range(drive));
+    let mut frequencies = half_cycle_frequencies(drive, &turns, sample_time_s);
+    frequencies.sort_by(f64::total_cmp);
+    frequencies.get(frequencies.len() / 2).copied()
 }
 
 /// The fitted stage with its gain taken out of the weights: their sum is one, so that core and map

@@ -145,7 +145,7 @@ impl<T: Real, const N: usize> PlayBank<T, N> {
     ///
     /// The first step takes it to the nearest admissible state of its envelope.
     pub fn start(&self) -> PlayState<T, N> {
-        if self.len < STACK_FROM {
+        if N < STACK_FROM || self.len < STACK_FROM {
             PlayState::Plain(PlainState::zero())
         } else {
             PlayState::Stack(StackState::zero(self))
@@ -157,7 +157,7 @@ impl<T: Real, const N: usize> PlayBank<T, N> {
     /// # Errors
     /// As [`PlayBank::check_outputs`].
     pub fn start_from(&self, z: &[T]) -> Result<PlayState<T, N>, ParameterError> {
-        Ok(if self.len < STACK_FROM {
+        Ok(if N < STACK_FROM || self.len < STACK_FROM {
             PlayState::Plain(PlainState::new(self, z)?)
         } else {
             PlayState::Stack(StackState::new(self, z)?)

@@ -6,28 +6,17 @@
 # bank unrolled, or its loop; its instructions, entry and exit included, are divided by its plays.
 # A call, hidden cost that it is, fails too.
 #
-# Takes rustup's target where it is installed, else Debian's rustc-web, cargo-web and rust-web-src.
+# See thumb-cargo.sh for the compiler.
 set -euo pipefail
 
 limit=17
-target=thumbv7em-none-eabihf
 root=$(cd "$(dirname "$0")/.." && pwd)
 export CARGO_TARGET_DIR=${CARGO_TARGET_DIR:-$root/target}/asm-probe
 assembly=$CARGO_TARGET_DIR/asm_probe.s
 mkdir -p "$CARGO_TARGET_DIR"
 cd "$root/scripts/asm-probe"
 
-build=(rustc --quiet --release --locked --lib --target "$target")
-if [ -d "$(rustc --print target-libdir --target "$target")" ]; then
-    cargo "${build[@]}" -- --emit "asm=$assembly"
-elif [ -x /usr/bin/rustc ] && [ -d /usr/lib/rustlib/src/rust/library ]; then
-    env PATH=/usr/bin:/bin RUSTC=/usr/bin/rustc RUSTC_BOOTSTRAP=1 \
-        /usr/bin/cargo "${build[@]}" -Zbuild-std=core -- --emit "asm=$assembly"
-else
-    echo "no compiler for $target: 'rustup target add $target'," >&2
-    echo "or on Debian 'apt-get install --no-install-recommends rustc-web cargo-web rust-web-src'" >&2
-    exit 1
-fi
+"$root/scripts/thumb-cargo.sh" rustc --quiet --release --locked --lib -- --emit "asm=$assembly"
 
 awk -v limit="$limit" '
     function close_piece() {

@@ -25,7 +25,7 @@ pub enum Field {
     NegativeThresholds,
     /// Slopes of the asymmetry map for negative arguments.
     NegativeSlopes,
-    /// Gain from the normalised displacement to micrometres.
+    /// Gain from volts to micrometres.
     Gain,
     /// Displacement at rest.
     Offset,
@@ -65,6 +65,8 @@ pub enum ParameterError {
     ShrinkingGap(Field),
     /// The value must be positive.
     NotPositive(Field),
+    /// The value must not be zero.
+    Zero(Field),
     /// The play output at the start lies further from its neighbour than the thresholds allow (J 8).
     Inadmissible(usize),
 }
@@ -102,6 +104,7 @@ impl fmt::Display for ParameterError {
                 )
             }
             Self::NotPositive(field) => write!(f, "{} must be positive", field.key()),
+            Self::Zero(field) => write!(f, "{} must not be zero", field.key()),
             Self::Inadmissible(index) => {
                 write!(
                     f,

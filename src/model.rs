@@ -28,18 +28,19 @@ impl<T: Real, const N: usize, const M: usize> Model<T, N, M> {
     /// `gain` in um/V, `offset` in um.
     ///
     /// # Errors
-    /// A gain that is not positive, a gain or an offset that is not finite.
+    /// A gain that is zero, a gain or an offset that is not finite. A stage that falls as the drive
+    /// rises has a negative gain.
     pub fn new(
         hysteresis: RateDependentPi<T, N>,
         asymmetry: Option<Asymmetry<T, M>>,
         gain: T,
         offset: T,
     ) -> Result<Self, ParameterError> {
+        if gain == T::ZERO {
+            return Err(ParameterError::Zero(Field::Gain));
+        }
         if !(gain.is_finite() && (T::ONE / gain).is_finite()) {
             return Err(ParameterError::NotFinite(Field::Gain, 0));
-        }
-        if gain <= T::ZERO {
-            return Err(ParameterError::NotPositive(Field::Gain));
         }
         if !offset.is_finite() {
             return Err(ParameterError::NotFinite(Field::Offset, 0));

@@ -1,5 +1,19 @@
 //! Host side of hysteron: data sets, identification, simulated stages, reports.
 
 pub mod dataset;
+pub mod error;
+pub mod experiment;
+pub mod identify;
+pub mod metrics;
+pub mod model_file;
+pub mod output;
 pub mod plant;
 pub mod report;
+pub mod signals;
+pub mod stage;
+
+mod csv_table;
+mod schema_file;
+mod time_grid;
+mod toml_text;
+mod units;

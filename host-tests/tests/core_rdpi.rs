@@ -244,8 +244,8 @@ fn bad_parameters_are_refused_by_name() {
     assert_eq!(build(w, r, b, 0.0), NotPositive(SampleTime));
     assert_eq!(build(w, r, b, f64::NAN), NotFinite(SampleTime, 0));
     let model = |gain, offset| Model::<f64, 3, 1>::new(p753(), None, gain, offset).unwrap_err();
-    assert_eq!(model(0.0, 0.0), NotFinite(Gain, 0));
-    assert_eq!(model(-1.0, 0.0), NotPositive(Gain));
+    assert_eq!(model(0.0, 0.0), Zero(Gain));
+    assert_eq!(model(f64::NAN, 0.0), NotFinite(Gain, 0));
     assert_eq!(model(1.0, f64::NAN), NotFinite(Offset, 0));
     assert_eq!(
         p753::<3>().start_from(0.0, &[0.0, 0.0]).unwrap_err(),

@@ -31,7 +31,8 @@ impl<T: Real, const N: usize> PlainState<T, N> {
     #[inline(always)]
     pub fn step(&mut self, bank: &PlayBank<T, N>, envelope: Envelope<T>) -> T {
         let rows = self.z.iter_mut().zip(&bank.thresholds).zip(&bank.weights);
-        let mut sum = T::ZERO;
+        // -0 is neutral in every sum, +0 is not, so only with -0 the first addition can be left out.
+        let mut sum = -T::ZERO;
         if bank.len == N {
             // A full bank: the trip count is a constant, so the compiler can unroll.
             for ((z, &r), &w) in rows {

@@ -17,7 +17,7 @@ use crate::math::Real;
 #[derive(Clone, Copy, Debug)]
 struct Segment<T> {
     front: T,
-    /// -1 behind the lower envelope, +1 behind the upper one.
+    /// -1 behind the lower envelope, +1 behind the upper one, 0 where a start put plays at `front`.
     sign: T,
     /// Weighted outputs of all plays beyond `last`.
     below: T,
@@ -62,7 +62,7 @@ impl<T: Real, const N: usize> StackState<T, N> {
 
     /// Every play of `bank` at zero.
     pub fn zero(bank: &PlayBank<T, N>) -> Self {
-        Self::seed(bank, core::iter::repeat_n(T::ZERO, bank.len))
+        Self::seed(bank, core::iter::once((bank.len - 1, T::ZERO)))
     }
 
     /// The plays of `bank` at the outputs `z`.
@@ -71,29 +71,22 @@ impl<T: Real, const N: usize> StackState<T, N> {
     /// As [`PlayBank::check_outputs`].
     pub fn new(bank: &PlayBank<T, N>, z: &[T]) -> Result<Self, ParameterError> {
         bank.check_outputs(z)?;
-        Ok(Self::seed(bank, z.iter().copied()))
+        Ok(Self::seed(bank, z.iter().copied().enumerate().rev()))
     }
 
-    /// One segment a play; the first captures merge them.
-    fn seed(
-        bank: &PlayBank<T, N>,
-        z: impl DoubleEndedIterator<Item = T> + ExactSizeIterator,
-    ) -> Self {
+    /// Segments of resting plays, from the largest thresholds on: the last play and the output of
+    /// each; the first captures merge them.
+    fn seed(bank: &PlayBank<T, N>, segments: impl Iterator<Item = (usize, T)>) -> Self {
         let mut state = Self::empty();
         let mut below = T::ZERO;
-        let rows = z
-            .zip(bank.thresholds())
-            .zip(bank.weights())
-            .enumerate()
-            .rev();
-        for (slot, (last, ((z, &r), &w))) in state.segments.iter_mut().zip(rows) {
+        for (slot, (last, z)) in state.segments.iter_mut().zip(segments) {
             *slot = Segment {
-                front: z - r,
-                sign: T::ONE,
+                front: z,
+                sign: T::ZERO,
                 below,
                 last,
             };
-            below = below + w * slot.output(r);
+            below = below + at(&bank.weights, last) * z;
             state.depth += 1;
         }
         state
@@ -102,28 +95,41 @@ impl<T: Real, const N: usize> StackState<T, N> {
     /// Moves the plays to the envelope of the next sample and returns `sum w_i z_i`.
     #[inline(always)]
     pub fn step(&mut self, bank: &PlayBank<T, N>, envelope: Envelope<T>) -> T {
-        self.push::<false>(bank, envelope.hi);
-        self.push::<true>(bank, envelope.lo);
-        match self.segments.get(self.depth.wrapping_sub(1)) {
-            Some(top) => {
-                top.below
-                    + (top.front * at(&bank.weight_sums, top.last)
-                        + top.sign * at(&bank.moment_sums, top.last))
-            }
-            None => T::ZERO,
+        let Some(top) = self.top() else {
+            return T::ZERO;
+        };
+        // An envelope that does not capture the first play captures none, and with `lo <= hi` only
+        // one of them can.
+        let r = at(&bank.thresholds, 0);
+        let z = top.output(r);
+        if envelope.lo - r > z {
+            self.capture::<true>(bank, envelope.lo);
+        } else if envelope.hi + r < z {
+            self.capture::<false>(bank, envelope.hi);
         }
+        self.top().map_or(T::ZERO, |top| {
+            top.below
+                + (top.front * at(&bank.weight_sums, top.last)
+                    + top.sign * at(&bank.moment_sums, top.last))
+        })
     }
 
-    /// Lets one envelope capture what it passes: the lower one when `RISING`, else the upper one.
     #[inline(always)]
-    fn push<const RISING: bool>(&mut self, bank: &PlayBank<T, N>, front: T) {
+    fn top(&self) -> Option<&Segment<T>> {
+        self.segments.get(self.depth.wrapping_sub(1))
+    }
+
+    /// Lets an envelope capture the first play and all others that it passes: the lower envelope
+    /// when `RISING`, else the upper one.
+    #[inline(always)]
+    fn capture<const RISING: bool>(&mut self, bank: &PlayBank<T, N>, front: T) {
         let passes = |segment: &Segment<T>, play: usize| {
             let r = at(&bank.thresholds, play);
             let z = segment.output(r);
             if RISING { front - r > z } else { front + r < z }
         };
         let mut depth = self.depth;
-        let mut captured = 0;
+        let mut captured = 1;
         let mut below = T::ZERO;
         while let Some(segment) = self.segments.get(depth.wrapping_sub(1)) {
             if passes(segment, segment.last) {
@@ -132,22 +138,18 @@ impl<T: Real, const N: usize> StackState<T, N> {
                 continue;
             }
             captured = first_not(captured, segment.last, |play| passes(segment, play));
-            if let Some(before) = captured.checked_sub(1) {
-                let weight = at(&bank.weight_sums, segment.last) - at(&bank.weight_sums, before);
-                let moment = at(&bank.moment_sums, segment.last) - at(&bank.moment_sums, before);
-                below = segment.below + (segment.front * weight + segment.sign * moment);
-            }
+            let before = captured - 1;
+            let weight = at(&bank.weight_sums, segment.last) - at(&bank.weight_sums, before);
+            let moment = at(&bank.moment_sums, segment.last) - at(&bank.moment_sums, before);
+            below = segment.below + (segment.front * weight + segment.sign * moment);
             break;
         }
-        if let Some(last) = captured.checked_sub(1)
-            && let Some(slot) = self.segments.get_mut(depth)
-        {
-            let sign = if RISING { -T::ONE } else { T::ONE };
+        if let Some(slot) = self.segments.get_mut(depth) {
             *slot = Segment {
                 front,
-                sign,
+                sign: if RISING { -T::ONE } else { T::ONE },
                 below,
-                last,
+                last: captured - 1,
             };
             self.depth = depth + 1;
         }

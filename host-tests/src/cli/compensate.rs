@@ -1,0 +1,56 @@
+//! `hysteron compensate`.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+use hysteron_host::error::Error;
+use hysteron_host::output::AtomicFile;
+use hysteron_host::signals::{Quantity, read};
+use hysteron_host::{model_file, stage};
+
+/// Compute the drive that makes a modelled stage follow a reference.
+///
+/// The drive is the voltage at the actuator. The rate is that of the reference: backward difference,
+/// zero at the first sample. Plays start at zero, or at the nearest admissible state when the first
+/// sample is not zero.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// A model.toml, or a built-in model: p753, p753-printed, example-f.
+    #[arg(long, value_name = "M")]
+    model: String,
+    /// CSV with the columns time_s and reference_um.
+    #[arg(long, value_name = "REF.csv")]
+    reference: PathBuf,
+    /// CSV to write, with the columns time_s and drive_v.
+    #[arg(long, value_name = "OUT.csv")]
+    out: PathBuf,
+    /// Which inverse.
+    #[arg(long, value_enum, default_value_t)]
+    inverse: Inverse,
+}
+
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+enum Inverse {
+    /// The analytic inverse with the rate of the reference.
+    #[default]
+    Explicit,
+    /// The analytic inverse with the rate term left out.
+    RateIndependent,
+}
+
+/// Reads, compensates, writes.
+pub fn run(arguments: &Arguments) -> Result<(), Error> {
+    let mut file = model_file::resolve(&arguments.model)?;
+    if let Inverse::RateIndependent = arguments.inverse {
+        file = file.rate_independent();
+    }
+    let reference = read(&arguments.reference, Quantity::Reference)?;
+    let compensator = stage::compensator(&file, reference.sample_time_s)?;
+    let drive = stage::compensate(&compensator, &reference.values).map_err(|refused| {
+        Error::request(format!("{}: {refused}", arguments.reference.display()))
+    })?;
+    let mut out = AtomicFile::create(&arguments.out)?;
+    out.write_columns(&[("time_s", &reference.time_s), ("drive_v", &drive)])?;
+    out.commit()
+}

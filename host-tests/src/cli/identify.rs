@@ -1,0 +1,153 @@
+//! `hysteron identify`.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+use hysteron_host::dataset::Dataset;
+use hysteron_host::error::Error;
+use hysteron_host::identify::{Identification, Options, RecordWeights, Thresholds, identify, page};
+use hysteron_host::output::OutputFolder;
+
+use super::progress;
+
+/// Fit a rate-dependent Prandtl-Ishlinskii model to a data set.
+///
+/// Writes model.toml (the model), identification.json (figures) and report.html (plots).
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// A folder with a dataset.toml, or one CSV file with time, drive and displacement.
+    data: PathBuf,
+    /// The folder to write to.
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Number of plays; chosen on the select records when not given.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=64))]
+    plays: Option<u16>,
+    /// Thresholds: multiples of one spacing, each on its own, or whichever explains more.
+    #[arg(long, value_enum, default_value_t)]
+    thresholds: ThresholdsChoice,
+    /// Rate term: fitted where the records show it, always, or never.
+    #[arg(long, value_enum, default_value_t)]
+    beta: Choice,
+    /// Asymmetry map: added where it helps, or never.
+    #[arg(long, value_enum, default_value_t)]
+    asymmetry: Asymmetry,
+    /// Weight of the records: the same for all, or by hysteresis percent as in paper J.
+    #[arg(long, value_enum, default_value_t)]
+    record_weights: Weights,
+}
+
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+enum ThresholdsChoice {
+    #[default]
+    Auto,
+    Spaced,
+    Free,
+}
+
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+enum Choice {
+    #[default]
+    Auto,
+    Fit,
+    Zero,
+}
+
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+enum Asymmetry {
+    #[default]
+    Auto,
+    None,
+}
+
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+enum Weights {
+    #[default]
+    Equal,
+    Hysteresis,
+}
+
+impl Arguments {
+    fn options(&self) -> Options {
+        Options {
+            plays: self.plays.map(usize::from),
+            thresholds: match self.thresholds {
+                ThresholdsChoice::Auto => None,
+                ThresholdsChoice::Spaced => Some(Thresholds::Spaced),
+                ThresholdsChoice::Free => Some(Thresholds::Free),
+            },
+            beta: match self.beta {
+                Choice::Auto => None,
+                Choice::Fit => Some(true),
+                Choice::Zero => Some(false),
+            },
+            asymmetry: matches!(self.asymmetry, Asymmetry::Auto),
+            weights: match self.record_weights {
+                Weights::Equal => RecordWeights::Equal,
+                Weights::Hysteresis => RecordWeights::Hysteresis,
+            },
+        }
+    }
+}
+
+/// Identifies, writes the folder, prints the figures.
+pub fn run(arguments: &Arguments) -> Result<(), Error> {
+    let dataset = Dataset::load(&arguments.data)?;
+    let steps = progress::steps("identifying");
+    let found = identify(&dataset, &arguments.options(), &|step| {
+        steps.set_message(step.to_owned())
+    })?;
+    steps.finish_and_clear();
+
+    let mut folder = OutputFolder::create(&arguments.out)?;
+    folder.add("model.toml", found.model.to_toml_string())?;
+    folder.add("identification.json", format!("{:#}\n", found.to_json()))?;
+    folder.add("report.html", page(&found).to_html())?;
+    folder.commit()?;
+    print_summary(&found);
+    println!(
+        "written to {}: model.toml, identification.json, report.html",
+        arguments.out.display()
+    );
+    Ok(())
+}
+
+fn print_summary(found: &Identification) {
+    let unit = found.unit.symbol();
+    let shown = |um: Option<f64>| match um {
+        Some(um) => format!("{:.4}", found.unit.from_um(um)),
+        None => "-".to_owned(),
+    };
+    let row = |what: &str, fit, select, report| {
+        println!(
+            "{what:<26} {:>10} {:>10} {:>10}",
+            shown(fit),
+            shown(select),
+            shown(report)
+        );
+    };
+    println!(
+        "{:<26} {:>10} {:>10} {:>10}",
+        format!("rms residual ({unit})"),
+        "fit",
+        "select",
+        "report"
+    );
+    row(
+        "straight line",
+        found.line_rms.fit,
+        found.line_rms.select,
+        found.line_rms.report,
+    );
+    row("model", found.rms.fit, found.rms.select, found.rms.report);
+    if let Some((noise, source)) = found.noise {
+        println!(
+            "{:<26} {:>10}  {}",
+            "noise floor",
+            shown(Some(noise)),
+            source.describe()
+        );
+    }
+    println!("{}", found.describe_structure());
+}

@@ -1,0 +1,59 @@
+//! The subcommands: arguments in, files and a short summary out.
+
+mod compensate;
+mod experiment;
+mod identify;
+mod progress;
+mod simulate;
+
+use std::path::PathBuf;
+
+use clap::{Parser, Subcommand};
+
+use hysteron_host::error::Error;
+use hysteron_host::output::remove_unfinished_on_interrupt;
+
+/// Cancel the hysteresis of a piezo stage: identify it from measured data, compute the drive that
+/// makes it follow a reference.
+///
+/// Without a command: a demonstration on a simulated stage, whose page is written to out/demo.
+#[derive(Debug, Parser)]
+#[command(name = "hysteron", version, after_help = EXAMPLES)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Option<Command>,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  hysteron identify measured/ --out out/stage
+  hysteron compensate --model out/stage/model.toml --reference scan.csv --out drive.csv
+  hysteron simulate --model p753 --input drive.csv --out displacement.csv
+  hysteron experiment j --out out/j
+
+Exit codes: 0 done, 2 bad input or a file that cannot be read or written, 130 interrupted.";
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Fit a model to a data set: model.toml, identification.json, report.html.
+    Identify(identify::Arguments),
+    /// Displacement of a modelled stage for a drive.
+    Simulate(simulate::Arguments),
+    /// Drive that makes a modelled stage follow a reference.
+    Compensate(compensate::Arguments),
+    /// Reproduce a paper's experiments: a JSON file and a page.
+    Experiment(experiment::Arguments),
+}
+
+/// Parses the command line and does what it says.
+pub fn run() -> Result<(), Error> {
+    let arguments = Arguments::parse();
+    remove_unfinished_on_interrupt()?;
+    match arguments.command {
+        None => experiment::demonstrate(&PathBuf::from("out/demo")),
+        Some(Command::Identify(arguments)) => identify::run(&arguments),
+        Some(Command::Simulate(arguments)) => simulate::run(&arguments),
+        Some(Command::Compensate(arguments)) => compensate::run(&arguments),
+        Some(Command::Experiment(arguments)) => experiment::run(&arguments),
+    }
+}

@@ -1,0 +1,3 @@
+//! Experiments on stages: the signals they are driven with.
+
+pub mod references;

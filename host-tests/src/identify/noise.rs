@@ -1,0 +1,134 @@
+//! The noise floor of a data set: what no model can explain.
+
+use serde::Serialize;
+
+use super::cycles::{range, turning_points};
+use super::run::Run;
+
+/// Where a noise floor was estimated from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Source {
+    /// Differences between repeated cycles of the drive.
+    Repeats,
+    /// Displacement while the drive rests.
+    Rest,
+    /// What is left of the displacement above the band of its motion.
+    HighPass,
+}
+
+impl Source {
+    /// For the report.
+    pub fn describe(self) -> &'static str {
+        match self {
+            Self::Repeats => "from repeated cycles",
+            Self::Rest => "from rests of the drive",
+            Self::HighPass => "from the residue above the band of motion",
+        }
+    }
+}
+
+/// Rms noise of the displacement in micrometres over the runs, from the best source that any of
+/// them offers, and that source. Zero runs give `None`.
+pub fn floor(runs: &[Run]) -> Option<(f64, Source)> {
+    let estimates: Vec<(f64, Source)> = runs.iter().map(of_run).collect();
+    let best = estimates.iter().map(|(_, source)| *source).min()?;
+    let chosen: Vec<f64> = estimates
+        .iter()
+        .filter(|(_, source)| *source == best)
+        .map(|(rms, _)| rms * rms)
+        .collect();
+    Some((
+        (chosen.iter().sum::<f64>() / chosen.len() as f64).sqrt(),
+        best,
+    ))
+}
+
+fn of_run(run: &Run) -> (f64, Source) {
+    if let Some(rms) = repeats(&run.drive, &run.displacement) {
+        (rms, Source::Repeats)
+    } else if let Some(rms) = rest(&run.drive, &run.displacement) {
+        (rms, Source::Rest)
+    } else {
+        (high_pass(&run.displacement), Source::HighPass)
+    }
+}
+
+/// Rms of what one cycle differs from the next where the drive repeats itself, over the root of two.
+fn repeats(drive: &[f64], displacement: &[f64]) -> Option<f64> {
+    let span = range(drive);
+    let turns = turning_points(drive, span);
+    let [first, second, ..] = turns[..] else {
+        return None;
+    };
+    let skip = usize::from(drive[first] < drive[second]);
+    let tops: Vec<usize> = turns.into_iter().skip(skip).step_by(2).collect();
+    let mut squares = 0.0;
+    let mut count = 0usize;
+    for cycle in tops.windows(3) {
+        // The cycle before must be the same, too: it sets the state that this one starts from.
+        let (first, second) = (cycle[1] - cycle[0], cycle[2] - cycle[1]);
+        if first != second || first < 8 {
+            continue;
+        }
+        let largest = (cycle[1]..cycle[2])
+            .map(|k| (drive[k] - drive[k - first]).abs())
+            .fold(0.0, f64::max);
+        if largest > 0.002 * span {
+            continue;
+        }
+        let differences: Vec<f64> = (cycle[1]..cycle[2])
+            .map(|k| displacement[k] - displacement[k - first])
+            .collect();
+        squares += differences.iter().map(|d| 0.5 * d * d).sum::<f64>();
+        count += differences.len();
+    }
+    (count >= 16).then(|| (squares / count as f64).sqrt())
+}
+
+/// Rms about a straight line while the drive stands still for at least 50 samples.
+fn rest(drive: &[f64], displacement: &[f64]) -> Option<f64> {
+    const LEAST: usize = 50;
+    let still = 1e-6 * range(drive);
+    let (mut squares, mut count) = (0.0, 0usize);
+    let mut from = 0;
+    for k in 1..=drive.len() {
+        if k < drive.len() && (drive[k] - drive[from]).abs() <= still {
+            continue;
+        }
+        // What moves just after a stop is creep, not noise.
+        let settled = from + (k - from) / 2;
+        if k - settled >= LEAST {
+            let piece = &displacement[settled..k];
+            squares += about_line(piece);
+            count += piece.len() - 2;
+        }
+        from = k;
+    }
+    (count > 0).then(|| (squares / count as f64).sqrt())
+}
+
+/// Sum of squares about the best straight line.
+fn about_line(values: &[f64]) -> f64 {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let middle = 0.5 * (n - 1.0);
+    let (mut sxy, mut sxx, mut syy) = (0.0, 0.0, 0.0);
+    for (k, v) in values.iter().enumerate() {
+        let (x, y) = (k as f64 - middle, v - mean);
+        sxy += x * y;
+        sxx += x * x;
+        syy += y * y;
+    }
+    (syy - sxy * sxy / sxx).max(0.0)
+}
+
+/// Rms of fourth differences over that of white noise of size one.
+fn high_pass(displacement: &[f64]) -> f64 {
+    let squares: f64 = displacement
+        .windows(5)
+        .map(|w| (w[0] - 4.0 * w[1] + 6.0 * w[2] - 4.0 * w[3] + w[4]).powi(2))
+        .sum();
+    let count = displacement.len().saturating_sub(4).max(1);
+    (squares / count as f64 / 70.0).sqrt()
+}

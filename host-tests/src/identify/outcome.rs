@@ -1,0 +1,339 @@
+//! What an identification found: the model, its figures, and what they rest on.
+
+use serde_json::{Value, json};
+
+use crate::dataset::{Dataset, LengthUnit, Role};
+use crate::error::Error;
+use crate::model_file::{Asymmetry, Hysteresis, ModelFile, Output, Stage, TwoSided};
+use crate::stage;
+
+use super::cycles::{half_cycle_frequencies, range, turning_points};
+use super::fit::{Fitted, Thresholds};
+use super::noise::Source;
+use super::run::{Run, Runs};
+use super::score::{offsets, rms};
+use super::start::Start;
+
+/// What the search hands over.
+pub(super) struct Findings {
+    pub fitted: Fitted,
+    pub thresholds: Thresholds,
+    pub beta_visible: bool,
+    pub beta_fitted: bool,
+    pub noise: Option<(f64, Source)>,
+}
+
+/// Rms residual of each role in micrometres; `None` where no record has the role.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rms {
+    /// Records for fitting.
+    pub fit: Option<f64>,
+    /// Records for choosing the structure.
+    pub select: Option<f64>,
+    /// Records scored once.
+    pub report: Option<f64>,
+}
+
+/// How the model explains one record.
+#[derive(Clone, Debug)]
+pub struct RecordFigures {
+    /// Name of the record.
+    pub name: String,
+    /// Its role.
+    pub role: Role,
+    /// Rms residual over the scored samples in micrometres.
+    pub rms_um: f64,
+    /// Rms residual of the best straight line in the drive, same samples, in micrometres.
+    pub line_rms_um: f64,
+    /// Offset of this record in micrometres.
+    pub offset_um: f64,
+    /// The state it was taken to start in.
+    pub start: String,
+    /// Seconds at its start that are not scored.
+    pub left_out_s: f64,
+    /// Median frequency at which it moves, in hertz; `None` if it turns less than twice.
+    pub frequency_hz: Option<f64>,
+    /// Time of each sample in seconds.
+    pub time_s: Vec<f64>,
+    /// Drive in volts.
+    pub drive_v: Vec<f64>,
+    /// Measured displacement in micrometres.
+    pub measured_um: Vec<f64>,
+    /// Displacement by the model in micrometres, offset included.
+    pub model_um: Vec<f64>,
+}
+
+/// The result of an identification.
+#[derive(Clone, Debug)]
+pub struct Identification {
+    /// Name of the data set.
+    pub name: String,
+    /// The unit in which figures are reported.
+    pub unit: LengthUnit,
+    /// The identified stage.
+    pub model: ModelFile,
+    /// How its thresholds were parametrised.
+    pub thresholds: Thresholds,
+    /// Ratio of the highest to the lowest frequency at which the fit records move.
+    pub frequency_span: f64,
+    /// Whether that span lets the rate term be told from a delay.
+    pub beta_visible: bool,
+    /// Whether the rate term was fitted.
+    pub beta_fitted: bool,
+    /// Rms noise in micrometres and where it was estimated from.
+    pub noise: Option<(f64, Source)>,
+    /// Rms residuals in micrometres.
+    pub rms: Rms,
+    /// The same for the best straight line in the drive.
+    pub line_rms: Rms,
+    /// Each record.
+    pub records: Vec<RecordFigures>,
+    /// Whether part of the fit records served for selection, for want of a record with that role.
+    pub held_back: bool,
+}
+
+impl Identification {
+    pub(super) fn new(dataset: &Dataset, runs: &Runs, found: Findings) -> Result<Self, Error> {
+        let mut model = model_file(&dataset.name, &found.fitted, runs.sign);
+        // What is scored is the file that is written, run by the core that will be flashed.
+        let predicted = runs
+            .runs
+            .iter()
+            .map(|run| run_model(&model, run))
+            .collect::<Result<Vec<_>, _>>()?;
+        let signed = runs.measured();
+        let offsets = offsets(&signed, &predicted);
+        let lines: Vec<Vec<f64>> = runs
+            .runs
+            .iter()
+            .map(|run| {
+                run.drive
+                    .iter()
+                    .map(|u| runs.sign * runs.mean_gain() * u)
+                    .collect()
+            })
+            .collect();
+        let line_offsets = super::score::offsets(&signed, &lines);
+        if !runs.own_offsets
+            && let Some(Stage::Output(output)) = model.stages.last_mut()
+        {
+            output.offset_um = offsets[0];
+        }
+        let figures = |predicted: &[Vec<f64>], offsets: &[f64]| {
+            let of = |role| rms(&signed, predicted, offsets, role);
+            let fit = of(Role::Fit);
+            let select = if runs.held_back {
+                None
+            } else {
+                of(Role::Select)
+            };
+            Rms {
+                fit,
+                select,
+                report: of(Role::Report),
+            }
+        };
+        let mut records = Vec::new();
+        for (i, run) in signed.runs.iter().enumerate() {
+            for (at, span) in run.whole_spans() {
+                let record = &dataset.records[span.record];
+                let one = |predicted: &[f64], offset: f64| {
+                    let square: f64 = span
+                        .samples
+                        .clone()
+                        .map(|k| (run.displacement[k] - predicted[k] - offset).powi(2))
+                        .sum();
+                    (square / span.samples.len().max(1) as f64).sqrt()
+                };
+                records.push(RecordFigures {
+                    name: record.name.clone(),
+                    role: record.role,
+                    rms_um: one(&predicted[i], offsets[i]),
+                    line_rms_um: one(&lines[i], line_offsets[i]),
+                    offset_um: offsets[i],
+                    start: match record.continues {
+                        Some(_) => "where the record before it ended".to_owned(),
+                        None => run.start.describe(),
+                    },
+                    left_out_s: (span.samples.start - at.start) as f64 * run.sample_time_s,
+                    frequency_hz: median_frequency(&record.drive_v, record.sample_time_s),
+                    time_s: record.time_s.clone(),
+                    drive_v: record.drive_v.clone(),
+                    measured_um: record.displacement_um.clone(),
+                    model_um: predicted[i][at].iter().map(|y| y + offsets[i]).collect(),
+                });
+            }
+        }
+        records.sort_by_key(|record| dataset.records.iter().position(|r| r.name == record.name));
+        Ok(Self {
+            name: dataset.name.clone(),
+            unit: dataset.output_unit,
+            rms: figures(&predicted, &offsets),
+            line_rms: figures(&lines, &line_offsets),
+            model,
+            thresholds: found.thresholds,
+            frequency_span: runs.frequency_span,
+            beta_visible: found.beta_visible,
+            beta_fitted: found.beta_fitted,
+            noise: found.noise,
+            records,
+            held_back: runs.held_back,
+        })
+    }
+
+    /// What kind of model was found, in a sentence.
+    pub fn describe_structure(&self) -> String {
+        let Some(hysteresis) = self.model.hysteresis() else {
+            return String::new();
+        };
+        let plays = hysteresis.thresholds_v.len();
+        let rate = if hysteresis.beta_s > 0.0 {
+            format!("rate term beta = {:.4e} s", hysteresis.beta_s)
+        } else if self.beta_visible {
+            "no rate term: it does not help".to_owned()
+        } else {
+            "no rate term: the fit records move at too few frequencies to show one".to_owned()
+        };
+        let map = match self.model.asymmetry() {
+            Some(_) => "with an asymmetry map",
+            None => "symmetric",
+        };
+        format!(
+            "{plays} play operator{}, {map}, {rate}, gain {:.5} um/V",
+            if plays == 1 { "" } else { "s" },
+            self.model.output().0
+        )
+    }
+
+    /// What the figures rest on, a sentence each.
+    pub fn notes(&self) -> Vec<String> {
+        let mut notes = vec![
+            "The state of the plays at a record's start is unknown. It is taken from a short menu of \
+             histories, the one that explains the record best; where a record has more than one \
+             cycle, its first is left out of the score as well."
+                .to_owned(),
+            format!(
+                "The fit records move over a ratio of frequencies of {:.3}; a rate term is only \
+                 fitted from 10 on, because below it cannot be told from a delay or a lag.",
+                self.frequency_span
+            ),
+        ];
+        if self.held_back {
+            notes.push(
+                "No record has the role select: the last quarter of each fit record served to \
+                 choose the structure, and was given back for the final fit."
+                    .to_owned(),
+            );
+        }
+        if self.rms.report.is_none() {
+            notes.push("No record has the role report: there is no held-out figure.".to_owned());
+        }
+        notes
+    }
+
+    /// The contents of `identification.json`; lengths in the unit of the data set, parameters under
+    /// the keys and in the units of `model.toml`.
+    pub fn to_json(&self) -> Value {
+        let length = |um: f64| self.unit.from_um(um);
+        let rms = |rms: &Rms| {
+            json!({
+                "fit": rms.fit.map(length),
+                "select": rms.select.map(length),
+                "report": rms.report.map(length),
+            })
+        };
+        let records: Vec<Value> = self
+            .records
+            .iter()
+            .map(|record| {
+                json!({
+                    "name": record.name,
+                    "role": record.role,
+                    "rms": length(record.rms_um),
+                    "offset": length(record.offset_um),
+                    "initial_state": record.start,
+                    "left_out_s": record.left_out_s,
+                })
+            })
+            .collect();
+        json!({
+            "name": self.name,
+            "unit": self.unit.symbol(),
+            "noise_floor": self.noise.map(|(rms, _)| length(rms)),
+            "noise_floor_source": self.noise.map(|(_, source)| source),
+            "rms": rms(&self.rms),
+            "straight_line_rms": rms(&self.line_rms),
+            "parameters": self.model.parameters(),
+            "plays": self.model.hysteresis().map_or(0, |h| h.thresholds_v.len()),
+            "thresholds": match self.thresholds {
+                Thresholds::Spaced => "spaced",
+                Thresholds::Free => "free",
+                Thresholds::Fixed => "fixed",
+            },
+            "beta_fitted": self.beta_fitted,
+            "frequency_span": self.frequency_span,
+            "records": records,
+        })
+    }
+}
+
+fn median_frequency(drive: &[f64], sample_time_s: f64) -> Option<f64> {
+    let turns = turning_points(drive, range(drive));
+    let mut frequencies = half_cycle_frequencies(drive, &turns, sample_time_s);
+    frequencies.sort_by(f64::total_cmp);
+    frequencies.get(frequencies.len() / 2).copied()
+}
+
+/// The fitted stage with its gain taken out of the weights: their sum is one, so that core and map
+/// compute in volts. `sign` is that of the stage's gain.
+fn model_file(name: &str, fitted: &Fitted, sign: f64) -> ModelFile {
+    let gain: f64 = fitted.weights.iter().sum();
+    let mut stages = vec![Stage::Hysteresis(Hysteresis {
+        thresholds_v: fitted.plays.thresholds.clone(),
+        weights: fitted.weights.iter().map(|a| a / gain).collect(),
+        beta_s: fitted.plays.beta,
+    })];
+    if let Some(map) = &fitted.map {
+        let (positive_slopes, positive) = map.positive.dead_zones(gain);
+        let (negative_slopes, negative) = map.negative.dead_zones(gain);
+        stages.push(Stage::Asymmetry(Asymmetry {
+            thresholds: TwoSided { positive, negative },
+            slopes: TwoSided {
+                positive: positive_slopes,
+                negative: negative_slopes,
+            },
+        }));
+    }
+    stages.push(Stage::Output(Output {
+        gain_um_per_v: sign * gain,
+        offset_um: 0.0,
+    }));
+    ModelFile::new(name, stages)
+}
+
+/// Displacement in micrometres by the core along a run, from the run's own start.
+fn run_model(file: &ModelFile, run: &Run) -> Result<Vec<f64>, Error> {
+    let model = stage::model(file, run.sample_time_s)?;
+    let operator = model.hysteresis();
+    let begin = |z: &[f64]| {
+        operator
+            .start_from(run.before(0), z)
+            .map_err(|refused| Error::request(format!("start of a record: {refused}")))
+    };
+    let thresholds = operator.bank().thresholds();
+    let z: Vec<f64> = thresholds
+        .iter()
+        .map(|&r| run.start.play(run.drive[0], r).0)
+        .collect();
+    let mut state = begin(&z)?;
+    if run.start == Start::Periodic {
+        for &u in &run.drive {
+            model.step(&mut state, u);
+        }
+    }
+    Ok(run
+        .drive
+        .iter()
+        .map(|&u| model.step(&mut state, u))
+        .collect())
+}

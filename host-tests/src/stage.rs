@@ -1,0 +1,88 @@
+//! From a model file to the model and compensator of the core, in double precision.
+
+use hysteron::effect::asymmetry::{Asymmetry, Side};
+use hysteron::error::{Field, ParameterError, SampleError};
+use hysteron::hysteresis::Parameters;
+
+use crate::error::Error;
+use crate::model_file::{ModelFile, TwoSided};
+
+/// Most plays a model of the host may have.
+pub const PLAYS: usize = 128;
+/// Most dead zones on each side of a map.
+pub const CORNERS: usize = 16;
+
+/// A stage as the host computes it.
+pub type Model = hysteron::model::Model<f64, PLAYS, CORNERS>;
+/// Its inverse.
+pub type Compensator = hysteron::compensator::Compensator<f64, PLAYS, CORNERS>;
+
+/// The model for samples that are `sample_time_s` seconds apart.
+///
+/// # Errors
+/// A parameter that the core refuses, named by its key.
+pub fn model(file: &ModelFile, sample_time_s: f64) -> Result<Model, Error> {
+    build(file, sample_time_s).map_err(|refused| {
+        Error::request(format!(
+            "model \"{}\": {refused}; correct it in the model file",
+            file.name
+        ))
+    })
+}
+
+/// The inverse of [`model`].
+///
+/// # Errors
+/// As [`model`], and parameters of the inverse that leave the range of numbers.
+pub fn compensator(file: &ModelFile, sample_time_s: f64) -> Result<Compensator, Error> {
+    model(file, sample_time_s)?
+        .compensator()
+        .map_err(|refused| {
+            Error::request(format!("model \"{}\" has no inverse: {refused}", file.name))
+        })
+}
+
+/// The drive in volts for a reference in micrometres, from plays at zero.
+///
+/// # Errors
+/// A reference that is not finite.
+pub fn compensate(compensator: &Compensator, reference: &[f64]) -> Result<Vec<f64>, SampleError> {
+    let Some(&first) = reference.first() else {
+        return Ok(Vec::new());
+    };
+    let mut state = compensator.start(first)?;
+    reference
+        .iter()
+        .map(|&v| compensator.step(&mut state, v))
+        .collect()
+}
+
+/// The displacement in micrometres for a finite drive in volts, from plays at zero.
+pub fn simulate(model: &Model, drive: &[f64]) -> Vec<f64> {
+    let Some(&first) = drive.first() else {
+        return Vec::new();
+    };
+    let mut state = model.start(first);
+    drive.iter().map(|&u| model.step(&mut state, u)).collect()
+}
+
+fn build(file: &ModelFile, sample_time_s: f64) -> Result<Model, ParameterError> {
+    let Some(hysteresis) = file.hysteresis() else {
+        return Err(ParameterError::Length(Field::Weights));
+    };
+    let operator = Parameters {
+        weights: &hysteresis.weights,
+        thresholds: &hysteresis.thresholds_v,
+        beta: hysteresis.beta_s,
+    }
+    .build(sample_time_s)?;
+    let map = file.asymmetry().map(|map| {
+        let side = |of: fn(&TwoSided) -> &Vec<f64>| Side {
+            slopes: of(&map.slopes),
+            thresholds: of(&map.thresholds),
+        };
+        Asymmetry::new(side(|s| &s.positive), side(|s| &s.negative))
+    });
+    let (gain, offset) = file.output();
+    Model::new(operator, map.transpose()?, gain, offset)
+}

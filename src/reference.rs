@@ -66,6 +66,8 @@ pub struct Oscillator {
 /// A running reference.
 #[derive(Clone, Copy, Debug)]
 pub enum Reference {
+    /// One sine.
+    Tone(f32, Oscillator),
     /// Sum of sines.
     Tones(f32, [Oscillator; 2]),
     /// Triangle.
@@ -153,13 +155,16 @@ impl Reference {
             Waveform::Tones {
                 offset,
                 tones: [first, second],
-            } => Self::Tones(
-                finite(offset)?,
-                [
-                    Oscillator::new(first, sample_rate)?,
-                    Oscillator::new(second, sample_rate)?,
-                ],
-            ),
+            } => {
+                let offset = finite(offset)?;
+                let first = Oscillator::new(first, sample_rate)?;
+                let second = Oscillator::new(second, sample_rate)?;
+                if second.amplitude == 0.0 {
+                    Self::Tone(offset, first)
+                } else {
+                    Self::Tones(offset, [first, second])
+                }
+            }
             Waveform::Triangle { offset, tone } => {
                 Self::Triangle(finite(offset)?, Oscillator::new(tone, sample_rate)?)
             }
@@ -171,6 +176,7 @@ impl Reference {
     #[inline(always)]
     pub fn next(&mut self, stream: &mut Stream<'_>) -> Option<f32> {
         match self {
+            Self::Tone(offset, oscillator) => Some(*offset + oscillator.sine()),
             Self::Tones(offset, [first, second]) => {
                 let sum = first.sine() + second.sine();
                 Some(*offset + sum)

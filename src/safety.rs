@@ -171,7 +171,7 @@ impl Safety {
         if self.join {
             self.join = false;
             self.bias = self.output - target;
-        } else {
+        } else if self.bias != 0.0 {
             self.bias = towards(self.bias, 0.0, limits.ramp);
         }
         let wanted = target + self.bias;

@@ -208,7 +208,9 @@ fn target_and_host_agree_bit_for_bit_within_the_budget() {
     let mut weights = vec![0.7236];
     weights.extend((1..=10).map(|i| 0.12 * (-0.1 * i as f32).exp()));
     let ten = model(&thresholds, &weights, 8.572e-4, 1.1);
-    for (name, record) in [("n = 3", published()), ("n = 10", ten)] {
+    // Most instructions of a sample, from the request of the interrupt to the return from it, with the
+    // bipolar converter, a recording and an order in the same sample.
+    for (name, record, most) in [("n = 3", published(), 470), ("n = 10", ten, 560)] {
         pair.tell(Command::SetModel(Some(record)));
         pair.counts.clear();
         for waveform in references() {
@@ -226,7 +228,7 @@ fn target_and_host_agree_bit_for_bit_within_the_budget() {
             "whole interrupt, {name}: {} to {worst} instructions, median {median}",
             counts[0]
         );
-        assert!(worst <= 450, "{worst} instructions in the worst sample");
+        assert!(worst <= most, "{worst} instructions in the worst sample");
     }
     assert_eq!(pair.rig.control.safety().state(), State::Hold);
     pair.emulator.send(b'S', 0, 0, &[]);

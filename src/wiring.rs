@@ -50,7 +50,7 @@ impl<'a> Memory<'a> {
     ) -> Result<(Control<'a>, Server<'a>, &'a Shared), SettingsError> {
         let valid = settings.validate()?;
         self.setups.clear();
-        let _ = self.setups.extend([Setup::new(&valid), Setup::new(&valid)]);
+        self.setups.extend([Setup::new(&valid), Setup::new(&valid)]);
         let [active, spare] = self.setups.as_mut_slice() else {
             // Never taken: both were just put there.
             return Err(SettingsError::Version);

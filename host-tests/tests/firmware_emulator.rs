@@ -210,7 +210,7 @@ fn target_and_host_agree_bit_for_bit_within_the_budget() {
     let ten = model(&thresholds, &weights, 8.572e-4, 1.1);
     // Most instructions of a sample, from the request of the interrupt to the return from it, with the
     // bipolar converter, a recording and an order in the same sample.
-    for (name, record, most) in [("n = 3", published(), 470), ("n = 10", ten, 560)] {
+    for (name, record, most) in [("n = 3", published(), 470), ("n = 10", ten, 580)] {
         pair.tell(Command::SetModel(Some(record)));
         pair.counts.clear();
         for waveform in references() {

@@ -128,11 +128,7 @@ mod bench {
     }
 
     /// Plain, stack and C on the same samples.
-    fn row<const N: usize>(
-        timer: &RegisterBlock,
-        plays: usize,
-        in_c: Option<StepInC<'_, N>>,
-    ) {
+    fn row<const N: usize>(timer: &RegisterBlock, plays: usize, in_c: Option<StepInC<'_, N>>) {
         let now = || timer.cnt().read().bits();
         let begin = now();
         let empty = now() - begin;

@@ -68,10 +68,7 @@ fn paper_j_loops_give_back_their_constants() {
 /// Records of the simulated stage, which shares no code with the models, in memory.
 fn simulated(records: &[(Role, f64, f64)], change: impl Fn(f64) -> f64) -> Dataset {
     let h = 1e-4;
-    let mut stage = Stage::p753_three_plays();
-    stage.sensor = None;
-    stage.dac = None;
-    stage.amplifier_tau_s = 0.0;
+    let stage = Stage::ideal(Stage::p753_three_plays().hysteresis);
     let records = records
         .iter()
         .enumerate()

@@ -15,7 +15,7 @@ use crate::record::{ModelRecord, PLAYS, RecordError, TargetCompensator};
 use crate::reference::{Reference, Stream};
 use crate::safety::{Cause, Limits, Safety, State};
 use crate::settings::Valid;
-use crate::telemetry::{Codes, Events, Sample, Samples, Shared, Status};
+use crate::telemetry::{Codes, Sample, Samples, Shared};
 
 /// Orders that fit between link and interrupt, one less than this.
 pub const ORDERS_LEN: usize = 4;
@@ -134,15 +134,9 @@ pub struct Control<'a> {
     path: Path,
     left: Option<u32>,
     to_drop: u32,
-    /// The next compensated sample starts a new motion: its rate is unknown and taken as zero.
-    fresh: bool,
-    ticks: u32,
-    played: u32,
     record_every: u32,
     record_wait: u32,
     record_index: u32,
-    status: Status,
-    events: Events,
     misses_since_start: u32,
 }
 
@@ -169,19 +163,9 @@ impl<'a> Control<'a> {
             path: Path::Direct,
             left: None,
             to_drop: 0,
-            fresh: true,
-            ticks: 0,
-            played: 0,
             record_every: 0,
             record_wait: 0,
             record_index: 0,
-            // What an empty `Shared` says.
-            status: Status {
-                state: State::Off,
-                cause: None,
-                driver_enabled: false,
-            },
-            events: Events::default(),
             misses_since_start: 0,
         }
     }
@@ -203,7 +187,13 @@ impl<'a> Control<'a> {
             State::Run => self.target(),
             _ => None,
         };
-        let drive = self.safety.step(&self.setup.limits, target);
+        let limits = &self.setup.limits;
+        match target {
+            // `target` leaves the state alone when there is one.
+            Some(target) => self.safety.follow(limits, target),
+            None => self.safety.stay(limits),
+        }
+        let drive = self.safety.output();
         let codes = Codes {
             drive: self.setup.dac.code(drive),
             sensor,
@@ -211,23 +201,8 @@ impl<'a> Control<'a> {
         if self.record_every != 0 {
             self.record(codes);
         }
-        self.ticks = self.ticks.wrapping_add(1);
         let driver_enabled = self.safety.driver_enabled(&self.setup.limits);
-        self.shared
-            .publish(self.ticks, codes, self.safety.limited(), self.played);
-        let status = Status {
-            state: self.safety.state(),
-            cause: self.safety.cause(),
-            driver_enabled,
-        };
-        if status != self.status {
-            self.status = status;
-            self.shared.publish_status(status);
-        }
-        if self.safety.underruns() != self.events.underruns {
-            self.events.underruns = self.safety.underruns();
-            self.shared.publish_events(self.events);
-        }
+        self.shared.publish(codes, driver_enabled, &self.safety);
         Output {
             dac: self.setup.dac.kind(),
             code: codes.drive,
@@ -249,19 +224,14 @@ impl<'a> Control<'a> {
         let Some(reference) = self.reference.next(&mut self.stream) else {
             // The sample is still to come.
             self.left = self.left.map(|left| left.wrapping_add(1));
-            self.fresh = true;
             return None;
         };
-        self.played = self.played.wrapping_add(1);
+        self.shared.count_played();
         match (self.path, &mut self.setup.compensator) {
             (Path::Direct, _) => Some(reference),
             (Path::Compensated, Some((compensator, plays))) => {
-                let drive = if self.fresh {
-                    self.fresh = false;
-                    compensator.step_at_rest(plays, reference)
-                } else {
-                    compensator.step(plays, reference)
-                };
+                // The rate of a sample that starts a new motion is unknown and taken as zero.
+                let drive = compensator.step_from(plays, reference, self.safety.joins());
                 // The safety turns what is not finite into a fault.
                 Some(drive.unwrap_or(f32::NAN))
             }
@@ -288,7 +258,6 @@ impl<'a> Control<'a> {
                 } else {
                     self.safety.reset_output(&self.setup.limits);
                 }
-                self.fresh = true;
             }
             Order::Start {
                 reference,
@@ -296,7 +265,8 @@ impl<'a> Control<'a> {
                 left,
             } => {
                 (self.reference, self.path, self.left) = (reference, path, left);
-                (self.fresh, self.played, self.misses_since_start) = (true, 0, 0);
+                self.misses_since_start = 0;
+                self.shared.start();
                 self.safety.run();
             }
             Order::Hold => self.safety.hold(),
@@ -327,8 +297,7 @@ impl<'a> Control<'a> {
     #[cold]
     #[inline(never)]
     fn miss(&mut self) {
-        self.events.misses = self.events.misses.wrapping_add(1);
-        self.shared.publish_events(self.events);
+        self.shared.count_miss();
         self.misses_since_start = self.misses_since_start.saturating_add(1);
         if self.misses_since_start > self.setup.miss_limit {
             self.safety.fault(Cause::Deadline);
@@ -345,8 +314,7 @@ impl<'a> Control<'a> {
         let index = self.record_index;
         self.record_index = index.wrapping_add(1);
         if self.samples.enqueue(Sample { index, codes }).is_err() {
-            self.events.dropped = self.events.dropped.wrapping_add(1);
-            self.shared.publish_events(self.events);
+            self.shared.count_dropped();
         }
     }
 

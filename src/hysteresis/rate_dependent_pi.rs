@@ -113,6 +113,12 @@ impl<T, const N: usize> State<T, N> {
         }
     }
 
+    /// Takes the input as if it had stood at `input` before: the rate of a next sample there is zero.
+    #[inline(always)]
+    pub fn rest_at(&mut self, input: T) {
+        self.previous = input;
+    }
+
     /// The plays.
     pub fn plays(&self) -> &PlayState<T, N> {
         &self.plays

@@ -134,6 +134,9 @@ pub struct Control<'a> {
     path: Path,
     left: Option<u32>,
     to_drop: u32,
+    /// A start or a swap of the setup was obeyed. It costs much, and so does the first sample after it:
+    /// the output stands still in the sample of the order, and the next one obeys none.
+    begins: bool,
     record_every: u32,
     record_wait: u32,
     record_index: u32,
@@ -163,6 +166,7 @@ impl<'a> Control<'a> {
             path: Path::Direct,
             left: None,
             to_drop: 0,
+            begins: false,
             record_every: 0,
             record_wait: 0,
             record_index: 0,
@@ -174,7 +178,9 @@ impl<'a> Control<'a> {
     /// it was still being computed when this one was due.
     #[inline(always)]
     pub fn tick(&mut self, sensor: u16, late: bool) -> Output {
-        if self.orders.ready() {
+        if self.begins {
+            self.begins = false;
+        } else if self.orders.ready() {
             self.obey();
         }
         if self.to_drop != 0 {
@@ -183,15 +189,8 @@ impl<'a> Control<'a> {
         if late {
             self.miss();
         }
-        let target = match self.safety.state() {
-            State::Run => self.target(),
-            _ => None,
-        };
-        let limits = &self.setup.limits;
-        match target {
-            // `target` leaves the state alone when there is one.
-            Some(target) => self.safety.follow(limits, target),
-            None => self.safety.stay(limits),
+        if !self.begins {
+            self.advance();
         }
         let drive = self.safety.output();
         let codes = Codes {
@@ -207,6 +206,21 @@ impl<'a> Control<'a> {
             dac: self.setup.dac.kind(),
             code: codes.drive,
             driver_enabled,
+        }
+    }
+
+    /// Moves the output on by a sample.
+    #[inline(always)]
+    fn advance(&mut self) {
+        let target = match self.safety.state() {
+            State::Run => self.target(),
+            _ => None,
+        };
+        let limits = &self.setup.limits;
+        match target {
+            // `target` leaves the state alone when there is one.
+            Some(target) => self.safety.follow(limits, target),
+            None => self.safety.stay(limits),
         }
     }
 
@@ -258,6 +272,7 @@ impl<'a> Control<'a> {
                 } else {
                     self.safety.reset_output(&self.setup.limits);
                 }
+                self.begins = true;
             }
             Order::Start {
                 reference,
@@ -268,6 +283,7 @@ impl<'a> Control<'a> {
                 self.misses_since_start = 0;
                 self.shared.start();
                 self.safety.run();
+                self.begins = true;
             }
             Order::Hold => self.safety.hold(),
             Order::Stop => self.safety.off(),

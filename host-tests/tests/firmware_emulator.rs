@@ -209,15 +209,21 @@ fn target_and_host_agree_bit_for_bit_within_the_budget() {
     weights.extend((1..=10).map(|i| 0.12 * (-0.1 * i as f32).exp()));
     let ten = model(&thresholds, &weights, 8.572e-4, 1.1);
     // Most instructions of a sample, from the request of the interrupt to the return from it, with the
-    // bipolar converter, a recording and an order in the same sample.
-    for (name, record, most) in [("n = 3", published(), 470), ("n = 10", ten, 580)] {
-        pair.tell(Command::SetModel(Some(record)));
+    // bipolar converter, a recording and an order in the same sample, swaps of the model in full swing
+    // among them.
+    for (name, record, most) in [("n = 3", published(), 450), ("n = 10", ten, 450)] {
+        pair.tell(Command::SetModel(Some(record.clone())));
         pair.counts.clear();
         for waveform in references() {
             for path in [Path::Compensated, Path::Direct] {
                 pair.start(path, waveform);
                 pair.tell(Command::Record { every: 1 });
                 pair.ticks(4_000);
+                for pause in [1, 7, 19, 25, 37, 50] {
+                    pair.tell(Command::SetModel(Some(record.clone())));
+                    pair.tell(Command::Record { every: 1 });
+                    pair.ticks(pause);
+                }
                 pair.tell(Command::Hold);
             }
         }

@@ -77,40 +77,39 @@ impl fmt::Display for ParameterError {
             Self::NotFinite(field, index) => {
                 write!(
                     f,
-                    "{}[{index}] is not finite or leads out of range",
+                    "{}[{index}]: not finite, or leads out of the range of numbers",
                     field.key()
                 )
             }
-            Self::Length(field) => write!(f, "{} has the wrong number of entries", field.key()),
+            Self::Length(field) => write!(f, "{}: wrong number of entries", field.key()),
             Self::NotIncreasing(field, index) => {
                 write!(
                     f,
-                    "{}[{index}] must be positive and above the entry before it",
+                    "{}[{index}]: must be positive and above the entry before it",
                     field.key()
                 )
             }
             Self::PartialSum(field, index) => {
                 write!(
                     f,
-                    "the sum of {} up to [{index}] must be positive",
+                    "{}[{index}]: the sum up to this entry must be positive",
                     field.key()
                 )
             }
             Self::ShrinkingGap(field) => {
                 write!(
                     f,
-                    "{} below zero would shrink the gaps between thresholds",
+                    "{}: below zero it would shrink the gaps between thresholds",
                     field.key()
                 )
             }
-            Self::NotPositive(field) => write!(f, "{} must be positive", field.key()),
-            Self::Zero(field) => write!(f, "{} must not be zero", field.key()),
-            Self::Inadmissible(index) => {
-                write!(
-                    f,
-                    "initial state[{index}] is further from its neighbour than thresholds allow"
-                )
-            }
+            Self::NotPositive(field) => write!(f, "{}: must be positive", field.key()),
+            Self::Zero(field) => write!(f, "{}: must not be zero", field.key()),
+            Self::Inadmissible(index) => write!(
+                f,
+                "{}[{index}]: further from its neighbour than the thresholds allow",
+                Field::InitialState.key()
+            ),
         }
     }
 }

@@ -24,6 +24,7 @@ use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 const SAMPLES: usize = 4000;
+const STRETCH: usize = 250;
 const ROUNDS: usize = 31;
 const RANGE: f64 = 40.0;
 
@@ -111,28 +112,34 @@ fn unwinding<T: Real, const N: usize>() -> Vec<Envelope<T>> {
 #[inline(never)]
 fn run<T: Real, F: Form<T, N>, const N: usize>(
     bank: &PlayBank<T, N>,
+    state: &mut F,
     input: &[Envelope<T>],
     output: &mut [T],
 ) {
-    let mut state = F::start(bank);
     for (&envelope, v) in input.iter().zip(output) {
         *v = state.step(bank, envelope);
     }
 }
 
-/// Nanoseconds a sample in the fastest of a few runs.
+/// Nanoseconds a sample: the shortest time of each stretch of samples in a few runs. Stretches are
+/// shorter than what the operating system leaves a process alone for; whole runs of a large bank
+/// are not.
 fn mean<T: Real, F: Form<T, N>, const N: usize>(
     bank: &PlayBank<T, N>,
     input: &[Envelope<T>],
     output: &mut [T],
 ) -> f64 {
-    (0..5)
-        .map(|_| {
+    let mut shortest = vec![Duration::MAX; input.len().div_ceil(STRETCH)];
+    for _ in 0..7 {
+        let mut state = F::start(bank);
+        let stretches = input.chunks(STRETCH).zip(output.chunks_mut(STRETCH));
+        for ((input, output), shortest) in stretches.zip(&mut shortest) {
             let start = Instant::now();
-            run::<T, F, N>(black_box(bank), black_box(input), black_box(output));
-            start.elapsed().as_secs_f64() * 1e9 / input.len() as f64
-        })
-        .fold(f64::INFINITY, f64::min)
+            run(black_box(bank), &mut state, black_box(input), output);
+            *shortest = start.elapsed().min(*shortest);
+        }
+    }
+    shortest.iter().sum::<Duration>().as_secs_f64() * 1e9 / input.len() as f64
 }
 
 /// Nanoseconds of the dearest sample.

@@ -94,7 +94,8 @@ fn bad_parameters_are_refused_by_name() {
     };
     use Field::*;
     use ParameterError::*;
-    let cases: [(&[f64], &[f64], fn(Field, Field) -> ParameterError); 7] = [
+    type Refusal = fn(Field, Field) -> ParameterError;
+    let cases: [(&[f64], &[f64], Refusal); 7] = [
         (&[], &[], |s, _| Length(s)),
         (&[1.0], &[2.0], |s, _| Length(s)),
         (&[1.0; 4], &[1.0, 2.0, 3.0], |_, r| Length(r)),

@@ -63,12 +63,12 @@ pub fn play<T: Real>(z: T, envelope: Envelope<T>, r: T) -> T {
 
 /// Number of plays from which [`PlayState`] takes the stack form.
 ///
-/// One number for host and target, since the forms are equal to rounding only and the two must
-/// agree bit for bit. From 20 plays on the stack is the faster on both: on the host in the mean of a
-/// smooth input; on a Cortex-M4F, by instructions, there from 6 plays on already, from 12 on also in
-/// the worst sample of it and from 20 on even in the worst sample of white noise. Only a sample that
-/// merges a segment for each play costs more than the plain form's, about 1.4 times. Below, constant
-/// time is worth more than a lower mean. Figures: `docs/performance.md`.
+/// One number for host and target: the forms are equal to rounding only, and the two must agree bit
+/// for bit. From 20 plays on the stack is the faster on the host in the mean of a smooth input, and
+/// on a Cortex-M4F, by instructions, in the mean and in the worst sample of a smooth input and of
+/// white noise alike. A sample that merges a segment for each play still costs more than the plain
+/// form's, up to 1.7 times. Below 20, constant time is worth more than a lower mean. Figures:
+/// `docs/performance.md`.
 pub const STACK_FROM: usize = 20;
 
 /// Thresholds and weights of up to `N` plays: `sum w_i z_i` for an envelope.

@@ -154,7 +154,7 @@ impl Fit<'_> {
             }
         }
         let solution = non_negative(&a, &b.into_owned());
-        let residual = &triangle.columns(0, columns) * DVector::from_column_slice(&solution)
+        let residual = triangle.columns(0, columns) * DVector::from_column_slice(&solution)
             - triangle.column(columns);
         fitted.rms = residual.norm();
         fitted.weights = solution[..=plays].to_vec();

@@ -26,4 +26,4 @@ pub use fit::Thresholds;
 pub use noise::Source;
 pub use outcome::{Identification, RecordFigures, Rms};
 pub use page::page;
-pub use search::{Options, RecordWeights, identify};
+pub use search::{Options, RecordWeights, fit_spaced, identify};

@@ -286,7 +286,7 @@ fn median_frequency(drive: &[f64], sample_time_s: f64) -> Option<f64> {
 
 /// The fitted stage with its gain taken out of the weights: their sum is one, so that core and map
 /// compute in volts. `sign` is that of the stage's gain.
-fn model_file(name: &str, fitted: &Fitted, sign: f64) -> ModelFile {
+pub(super) fn model_file(name: &str, fitted: &Fitted, sign: f64) -> ModelFile {
     let gain: f64 = fitted.weights.iter().sum();
     let mut stages = vec![Stage::Hysteresis(Hysteresis {
         thresholds_v: fitted.plays.thresholds.clone(),

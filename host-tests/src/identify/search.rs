@@ -7,12 +7,13 @@ use rayon::prelude::*;
 use crate::dataset::{Dataset, Role};
 use crate::error::Error;
 use crate::metrics::hysteresis_percent;
+use crate::model_file::ModelFile;
 
 use super::cycles::{range, turning_points};
 use super::fit::{Fit, Fitted, Thresholds};
 use super::map::Map;
 use super::noise;
-use super::outcome::{Findings, Identification};
+use super::outcome::{Findings, Identification, model_file};
 use super::plays::Plays;
 use super::run::Runs;
 use super::score::{choose_starts, predict, score};
@@ -78,10 +79,7 @@ pub fn identify(
     progress: &(dyn Fn(&str) + Sync),
 ) -> Result<Identification, Error> {
     let mut runs = Runs::new(dataset)?;
-    let emphasis = match options.weights {
-        RecordWeights::Equal => vec![1.0; dataset.records.len()],
-        RecordWeights::Hysteresis => emphasis(dataset)?,
-    };
+    let emphasis = emphasis(dataset, options.weights)?;
     let noise = noise::floor(&runs.runs);
     let beta_visible = runs.frequency_span >= DECADE;
     let with_beta = options.beta.unwrap_or(beta_visible);
@@ -180,6 +178,31 @@ fn judge(fitted: &Fitted, runs: &Runs) -> f64 {
         .unwrap_or(f64::INFINITY)
 }
 
+/// Fits a given structure without any search: so many plays on one spacing, symmetric; `emphasis`
+/// holds A_p of (J 44) for each record of the data set. Returns the stage and the root of its
+/// weighted mean square residual over the fit records, in micrometres.
+///
+/// # Errors
+/// As [`identify`]; an emphasis for another number of records.
+pub fn fit_spaced(
+    dataset: &Dataset,
+    plays: usize,
+    with_beta: bool,
+    emphasis: &[f64],
+) -> Result<(ModelFile, f64), Error> {
+    if emphasis.len() != dataset.records.len() {
+        return Err(Error::request("the emphasis must have one entry a record"));
+    }
+    let runs = Runs::new(dataset)?;
+    let fit = Fit {
+        runs: &runs,
+        emphasis,
+        most_rows: ROWS.end,
+    };
+    let fitted = spaced(&fit, plays.max(1), with_beta);
+    Ok((model_file(&dataset.name, &fitted, runs.sign), fitted.rms))
+}
+
 /// The best model with the fewest plays on one spacing.
 fn choose_plays(
     runs: &Runs,
@@ -253,8 +276,11 @@ fn straight_map(fitted: &Fitted, runs: &Runs, corners: usize) -> Option<Map> {
     (map.free_slopes() > 0).then_some(map)
 }
 
-/// A_p of each record: its hysteresis percent over that of the first (J 45).
-fn emphasis(dataset: &Dataset) -> Result<Vec<f64>, Error> {
+/// Emphasis of each record: equal, or A_p, its hysteresis percent over that of the first (J 45).
+fn emphasis(dataset: &Dataset, weights: RecordWeights) -> Result<Vec<f64>, Error> {
+    if weights == RecordWeights::Equal {
+        return Ok(vec![1.0; dataset.records.len()]);
+    }
     let percents: Vec<f64> = dataset
         .records
         .iter()

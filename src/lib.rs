@@ -18,7 +18,7 @@
 //! | module | what it holds |
 //! |---|---|
 //! | [`control`] | one sample: reference, compensator, safety, converter code |
-//! | [`reference`] | oscillators and streamed samples |
+//! | [`mod@reference`] | oscillators and streamed samples |
 //! | [`safety`] | range, slew, soft start, stale references, faults |
 //! | [`dac`], [`sensor`] | codes and units, the driver of a bipolar converter |
 //! | [`settings`], [`record`] | what a host sets: bench and model, validated whole |

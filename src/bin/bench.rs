@@ -66,6 +66,8 @@ mod bench {
         z: [f32; N],
     }
 
+    type StepInC<'a, const N: usize> = &'a dyn Fn(&mut InC<N>, f32) -> f32;
+
     unsafe extern "C" {
         fn inverse_3(state: *mut InC<3>, v: f32) -> f32;
         fn inverse_10(state: *mut InC<10>, v: f32) -> f32;
@@ -126,11 +128,7 @@ mod bench {
     }
 
     /// Plain, stack and C on the same samples.
-    fn row<const N: usize>(
-        timer: &RegisterBlock,
-        plays: usize,
-        in_c: Option<&dyn Fn(&mut InC<N>, f32) -> f32>,
-    ) {
+    fn row<const N: usize>(timer: &RegisterBlock, plays: usize, in_c: Option<StepInC<'_, N>>) {
         let now = || timer.cnt().read().bits();
         let begin = now();
         let empty = now() - begin;

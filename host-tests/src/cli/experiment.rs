@@ -4,7 +4,11 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
 
+use hysteron_host::dataset::Dataset;
 use hysteron_host::error::Error;
+use hysteron_host::experiment::demo;
+use hysteron_host::experiment::j::{self, Plant};
+use hysteron_host::identify::{Options, identify};
 use hysteron_host::output::OutputFolder;
 
 use super::progress;
@@ -29,6 +33,94 @@ enum Experiment {
 /// Runs one experiment.
 pub fn run(arguments: &Arguments) -> Result<(), Error> {
     match &arguments.experiment {
-        Experiment::J { out } => j(out),
+        Experiment::J { out } => paper_j(out),
     }
+}
+
+fn paper_j(out: &Path) -> Result<(), Error> {
+    let mut folder = OutputFolder::create(out)?;
+    let bar = progress::bar("experiment j", j::PIECES);
+    let results = j::run(&|| bar.inc(1))?;
+    bar.finish_and_clear();
+    folder.add("j.json", format!("{:#}\n", results.to_json()))?;
+    folder.add("report.html", results.page().to_html())?;
+    folder.commit()?;
+
+    println!("hysteresis (%)        model  published");
+    for percent in &results.percents {
+        println!(
+            "{:>5} Hz           {:>8.2} {:>10.2}",
+            percent.frequency_hz, percent.model, percent.published
+        );
+    }
+    println!(
+        "largest error (um), 0.05 to 100 Hz       no inverse  rate-independent  rate-dependent"
+    );
+    for band in &results.bands {
+        if let Plant::ModelOwnRate | Plant::StageLagRemoved | Plant::StageWrongLagRemovedMedian =
+            band.plant
+        {
+            let range = |least: f64, most: f64| format!("{least:.2}-{most:.2}");
+            println!(
+                "{:<38} {:>12} {:>17} {:>15}",
+                band.plant.describe(),
+                range(band.least.none, band.most.none),
+                range(band.least.rate_independent, band.most.rate_independent),
+                range(band.least.rate_dependent, band.most.rate_dependent),
+            );
+        }
+    }
+    println!("written to {}: report.html, j.json", out.display());
+    Ok(())
+}
+
+/// Measures a simulated stage, identifies it from the records, drives it along references.
+pub fn demonstrate(out: &Path) -> Result<(), Error> {
+    let data = out.join("data");
+    let mut folder = OutputFolder::create(out)?;
+    let mut records = OutputFolder::create(&data)?;
+    let steps = progress::steps("demonstration");
+    steps.set_message("measuring a simulated stage");
+    let measurements = demo::measure()?;
+    records.add("dataset.toml", demo::dataset_toml(&measurements))?;
+    for measurement in &measurements {
+        records.add_columns(
+            measurement.file,
+            &[
+                ("time_s", &measurement.time_s),
+                ("drive_v", &measurement.drive_v),
+                ("displacement_um", &measurement.displacement_um),
+            ],
+        )?;
+    }
+    records.commit()?;
+
+    let dataset = Dataset::load(&data)?;
+    let found = identify(&dataset, &Options::default(), &|step| {
+        steps.set_message(format!("identifying: {step}"));
+    })?;
+    steps.set_message("driving the stage");
+    let shown = demo::drive(found)?;
+    steps.finish_and_clear();
+
+    folder.add("model.toml", shown.found.model.to_toml_string())?;
+    folder.add(
+        "identification.json",
+        format!("{:#}\n", shown.found.to_json()),
+    )?;
+    folder.add("demo.json", format!("{:#}\n", shown.to_json()))?;
+    folder.add("report.html", shown.page().to_html())?;
+    folder.commit()?;
+
+    println!("{}", shown.found.describe_structure());
+    println!("largest error (um)            straight line  compensated");
+    for tracking in &shown.tracking {
+        let [without, with] = tracking.largest_um;
+        println!("{:<28} {without:>14.2} {with:>12.2}", tracking.name);
+    }
+    println!(
+        "open {} (beside it: model.toml, identification.json, demo.json, data/)",
+        out.join("report.html").display()
+    );
+    Ok(())
 }

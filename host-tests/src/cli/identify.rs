@@ -8,6 +8,7 @@ use hysteron_host::dataset::Dataset;
 use hysteron_host::error::Error;
 use hysteron_host::identify::{Identification, Options, RecordWeights, Thresholds, identify, page};
 use hysteron_host::output::OutputFolder;
+use hysteron_host::report::format_number;
 
 use super::progress;
 
@@ -116,7 +117,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
 fn print_summary(found: &Identification) {
     let unit = found.unit.symbol();
     let shown = |um: Option<f64>| match um {
-        Some(um) => format!("{:.4}", found.unit.from_um(um)),
+        Some(um) => format_number(found.unit.from_um(um)),
         None => "-".to_owned(),
     };
     let row = |what: &str, fit, select, report| {

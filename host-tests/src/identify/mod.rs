@@ -20,6 +20,7 @@ mod reduce;
 mod run;
 mod score;
 mod search;
+mod spectrum;
 mod start;
 
 pub use fit::Thresholds;

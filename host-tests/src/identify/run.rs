@@ -6,6 +6,7 @@ use crate::dataset::{Dataset, Role, Zero};
 use crate::error::Error;
 
 use super::cycles::{first_cycle, half_cycle_frequencies, is_closed, range, turning_points};
+use super::spectrum::band;
 use super::start::Start;
 
 /// Share of every fit record that serves for selection where a data set names no `select` record.
@@ -172,15 +173,7 @@ impl Runs {
         if !runs.drive_range.is_finite() || runs.drive_range <= 0.0 {
             return Err(moves("drive"));
         }
-        let frequencies = runs
-            .scored(Role::Fit)
-            .flat_map(|(_, run, span)| {
-                let drive = &run.drive[span.samples.clone()];
-                let turns = turning_points(drive, range(drive));
-                half_cycle_frequencies(drive, &turns, run.sample_time_s)
-            })
-            .collect();
-        runs.frequency_span = super::cycles::span(frequencies);
+        runs.frequency_span = runs.measure_frequency_span();
         let gain = runs.line_gain();
         if gain == 0.0 || !gain.is_finite() {
             return Err(moves("displacement"));
@@ -201,6 +194,27 @@ impl Runs {
             }
         }
         Ok(runs)
+    }
+
+    /// The larger of two views: half cycles see a fast motion that is small beside a slow one, the
+    /// spectrum sees the lines of a multisine, whose half cycles are all alike.
+    fn measure_frequency_span(&self) -> f64 {
+        let mut half_cycles = Vec::new();
+        let mut lines = (f64::INFINITY, 0.0f64);
+        for (_, run, span) in self.scored(Role::Fit) {
+            let drive = &run.drive[span.samples.clone()];
+            let turns = turning_points(drive, range(drive));
+            half_cycles.extend(half_cycle_frequencies(drive, &turns, run.sample_time_s));
+            if let Some((low, high)) = band(drive, run.sample_time_s) {
+                lines = (lines.0.min(low), lines.1.max(high));
+            }
+        }
+        let spectral = if lines.1 > 0.0 {
+            lines.1 / lines.0
+        } else {
+            1.0
+        };
+        spectral.max(super::cycles::span(half_cycles))
     }
 
     /// Slope of the best straight line in the drive over the records for fitting, in um/V, each

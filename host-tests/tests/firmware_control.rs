@@ -340,7 +340,10 @@ fn a_start_numbers_the_recording_from_its_first_sample() {
             other => panic!("{other:?}"),
         }
     }
-    let lengths: Vec<_> = frames.iter().map(|(first, codes)| (*first, codes.len())).collect();
+    let lengths: Vec<_> = frames
+        .iter()
+        .map(|(first, codes)| (*first, codes.len()))
+        .collect();
     assert_eq!(lengths, [(0, 8), (0, 20)]);
     let recorded: Vec<u16> = frames[1].1.iter().map(|codes| codes.drive).collect();
     assert_eq!(recorded, outputs);

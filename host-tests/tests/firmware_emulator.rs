@@ -140,10 +140,10 @@ fn target_and_host_agree_bit_for_bit_within_the_budget() {
         );
         assert!(worst <= most, "{worst} instructions in the worst sample");
     }
-    assert_eq!(both.rig.control.safety().state(), State::Hold);
-    both.emulator.send(b'S', 0, 0, &[]);
-    println!("stack: {} bytes", pair.emulator.response().count);
-    assert_eq!(both.emulator.end(), (Some(0), String::new()));
+    assert_eq!(both.tick(false).state, 1);
+    let mut emulator = both.pair.into_emulator();
+    println!("stack: {} bytes", emulator.stack_bytes().unwrap());
+    assert_eq!(emulator.end().unwrap(), (Some(0), String::new()));
 }
 
 #[test]

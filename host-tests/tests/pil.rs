@@ -14,7 +14,10 @@ fn firmware() -> PathBuf {
 
 /// The columns of binutils' size: text, data, bss.
 fn binutils(elf: &Path) -> [u64; 3] {
-    let output = Command::new("arm-none-eabi-size").arg(elf).output().unwrap();
+    let output = Command::new("arm-none-eabi-size")
+        .arg(elf)
+        .output()
+        .unwrap();
     let text = String::from_utf8(output.stdout).unwrap();
     let mut numbers = text.lines().nth(1).unwrap().split_whitespace();
     std::array::from_fn(|_| numbers.next().unwrap().parse().unwrap())
@@ -38,7 +41,12 @@ fn the_firmware_follows_paper_j_bit_for_bit() {
 
     let text = std::fs::read_to_string(out.join("pil.json")).unwrap();
     let json: Value = serde_json::from_str(&text).unwrap();
-    let mut keys: Vec<_> = json.as_object().unwrap().keys().map(String::as_str).collect();
+    let mut keys: Vec<_> = json
+        .as_object()
+        .unwrap()
+        .keys()
+        .map(String::as_str)
+        .collect();
     keys.sort_unstable();
     let expected = [
         "bit_exact",
@@ -58,7 +66,10 @@ fn the_firmware_follows_paper_j_bit_for_bit() {
             errors["without"].as_f64().unwrap(),
             errors["with"].as_f64().unwrap(),
         );
-        assert!((4.0..16.0).contains(&without), "{name}: {without} um without");
+        assert!(
+            (4.0..16.0).contains(&without),
+            "{name}: {without} um without"
+        );
         assert!(with < 0.5 * without && with < 5.0, "{name}: {with} um with");
     }
     let per_tick = |which: &str| json["instructions_per_tick"][which].as_u64().unwrap();
@@ -94,7 +105,11 @@ fn what_is_missing_is_told_in_one_line() {
     // Not in the project's folder, no such file, no ELF.
     assert!(run(&[], None).contains("--firmware"));
     assert!(run(&["--firmware", "none"], None).contains("none: cannot read"));
-    std::fs::write(folder.path().join("text"), "no ELF at all, but long enough to have a header").unwrap();
+    std::fs::write(
+        folder.path().join("text"),
+        "no ELF at all, but long enough to have a header",
+    )
+    .unwrap();
     assert!(run(&["--firmware", "text"], None).contains("not an ELF"));
     // No emulator: this test's own program is an ELF as well.
     let own = env!("CARGO_BIN_EXE_hysteron");

@@ -17,6 +17,8 @@ use crate::interrupt;
 
 /// How often a command is sent before the target counts as silent.
 const TRIES: u32 = 4;
+/// How many times as often the command to stop is sent: the line may come back.
+const STOP_ROUNDS: u32 = 3;
 /// How long a reply is waited for. The longest frame takes 7 ms on the board's serial port.
 const REPLY_LIMIT: Duration = Duration::from_millis(300);
 /// How long a busy target is asked again: emptying a full stream takes it 1.3 s at 100 samples a
@@ -132,10 +134,15 @@ impl<'p> Client<'p> {
     /// A target that can no longer be reached.
     pub fn stop(&mut self) -> Result<(), Error> {
         self.stopping = true;
-        let stopped = self.tell(Command::Stop);
-        let ended = self.tell(Command::Record { every: 0 });
+        let mut stopped = self.tell(Command::Stop);
+        for _ in 1..STOP_ROUNDS {
+            if stopped.is_err() {
+                stopped = self.tell(Command::Stop);
+            }
+        }
+        let ended = stopped.and_then(|()| self.tell(Command::Record { every: 0 }));
         self.stopping = false;
-        stopped.and(ended)
+        ended
     }
 
     /// Waits until something comes from the target, at most `limit`.
@@ -242,7 +249,6 @@ fn unexpected() -> Error {
 
 fn broken(error: &std::io::Error) -> Error {
     Error::request(format!(
-        "the connection to the target broke: {error}; the output holds or ramps to rest by itself, \
-         connect again"
+        "the connection to the target broke: {error}; connect again"
     ))
 }

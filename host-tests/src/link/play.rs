@@ -49,7 +49,7 @@ pub struct Signals {
     pub displacement_um: Vec<f64>,
 }
 
-/// Stops the output unless the work came to its end.
+/// Stops the output unless the work came to its end, whatever that was.
 struct Moving<'c, 'p> {
     client: &'c mut Client<'p>,
     arrived: bool,
@@ -58,7 +58,7 @@ struct Moving<'c, 'p> {
 impl Drop for Moving<'_, '_> {
     fn drop(&mut self) {
         if !self.arrived {
-            // Already on the way out with an error; a target out of reach ramps to rest by itself.
+            // Only in a panic: there is nobody left to tell.
             let _ = self.client.stop();
         }
     }
@@ -90,9 +90,15 @@ pub fn play(
         client,
         arrived: false,
     };
-    let played = run(moving.client, excitation, &settings, record, progress)?;
+    let played = run(moving.client, excitation, &settings, record, progress);
     moving.arrived = true;
-    Ok(played)
+    played.map_err(|error| match moving.client.stop() {
+        Ok(()) => error,
+        Err(_) => Error::request(format!(
+            "{error}; nor could it be told to stop: a stream ramps to rest by itself, any other \
+             reference goes on to its end"
+        )),
+    })
 }
 
 fn run(

@@ -52,6 +52,17 @@ impl<T: Real, const N: usize, const M: usize> Compensator<T, N, M> {
         Ok(self.hysteresis.step(state, w))
     }
 
+    /// Drive (V) for the next reference sample (um) as if the reference had stood there before: the
+    /// rate is taken as zero, so that a state that was left behind can be taken up again.
+    ///
+    /// # Errors
+    /// As [`Compensator::step`].
+    #[inline(always)]
+    pub fn step_at_rest(&self, state: &mut State<T, N>, reference: T) -> Result<T, SampleError> {
+        let w = self.unshape(reference)?;
+        Ok(self.hysteresis.step_with_rate(state, w, T::ZERO))
+    }
+
     #[inline(always)]
     fn unshape(&self, reference: T) -> Result<T, SampleError> {
         let shaped = (reference - self.offset) * self.per_gain;

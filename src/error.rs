@@ -2,8 +2,10 @@
 
 use core::fmt;
 
+use serde::{Deserialize, Serialize};
+
 /// A parameter of a model, named as in its documentation and in `model.toml`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Field {
     /// Weights a_0..a_n of the play bank.
     Weights,
@@ -49,7 +51,7 @@ impl Field {
 }
 
 /// Why a set of parameters is refused. Indices count the entries of the field from zero.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ParameterError {
     /// An entry is infinite or NaN, or what is derived from it leaves the range of the scalar.
     NotFinite(Field, usize),

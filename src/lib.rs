@@ -15,6 +15,18 @@
 //! | [`model`] | a whole stage: hysteresis, asymmetry, gain and offset |
 //! | [`compensator`] | the inverses of a model in reverse order: reference in, drive out |
 //!
+//! Around it lies what a target needs to drive an amplifier with it, free of any hardware too:
+//!
+//! | module | what it holds |
+//! |---|---|
+//! | [`control`] | one sample: reference, compensator, safety, converter code |
+//! | [`mod@reference`] | oscillators and streamed samples |
+//! | [`safety`] | range, slew, soft start, stale references, faults |
+//! | [`dac`], [`sensor`] | codes and units, the driver of a bipolar converter |
+//! | [`settings`], [`record`] | what a host sets: bench and model, validated whole |
+//! | [`link`], [`telemetry`] | framed commands and replies, recorded samples, counters |
+//! | [`wiring`] | the queues between the two, for target, simulation and tests alike |
+//!
 //! Configuration stands apart from state: what is validated and built once is shared and immutable,
 //! what a sample changes is a small value of its own. Sizes are types (`[T; N]`), `T` is `f32` or
 //! `f64`, and nothing here allocates, panics or needs `unsafe`.
@@ -23,11 +35,24 @@
 //! Model for Feedforward Compensation of Hysteresis in a Piezomicropositioning Actuator*,
 //! IEEE/ASME Trans. Mechatronics 18(5), 2013, doi 10.1109/TMECH.2012.2205265.
 
+#[cfg(all(target_os = "none", feature = "firmware"))]
+#[allow(unsafe_code, reason = "registers of the microcontroller")]
+pub mod board;
 pub mod compensator;
+pub mod control;
+pub mod dac;
 pub mod effect;
 pub mod error;
 pub mod hysteresis;
+pub mod link;
 pub mod math;
 pub mod model;
 pub mod play;
 pub mod rate;
+pub mod record;
+pub mod reference;
+pub mod safety;
+pub mod sensor;
+pub mod settings;
+pub mod telemetry;
+pub mod wiring;

@@ -1,0 +1,47 @@
+#!/usr/bin/env bash
+# Builds the firmware for the board and for QEMU and checks it: size, what the sample interrupt can
+# reach, and, in the emulator, bit-for-bit agreement with the host, instructions and faults.
+# Needs qemu-system-arm and binutils-arm-none-eabi; see thumb-cargo.sh for the Rust compiler.
+set -euo pipefail
+
+flash_limit=$((64 * 1024))
+ram_limit=$((24 * 1024))
+
+root=$(cd "$(dirname "$0")/.." && pwd)
+thumb=${HYSTERON_THUMB_DIR:-$root/target/thumb}
+elf=$thumb/thumbv7em-none-eabihf/firmware/firmware
+cd "$root"
+
+for tool in qemu-system-arm arm-none-eabi-objdump arm-none-eabi-size; do
+    if ! command -v "$tool" >/dev/null; then
+        echo "no $tool: on Debian 'apt-get install qemu-system-arm binutils-arm-none-eabi'" >&2
+        exit 1
+    fi
+done
+
+# In the emulator last: the tests use its ELF.
+for feature in board qemu; do
+    CARGO_TARGET_DIR=$thumb scripts/thumb-cargo.sh build --quiet --locked --package hysteron \
+        --profile firmware --bin firmware --features "$feature"
+    read -r text data bss _ < <(arm-none-eabi-size "$elf" | tail -n 1)
+    echo "$feature: $((text + data)) bytes of flash, $((data + bss)) of static RAM"
+    if [ $((text + data)) -gt "$flash_limit" ]; then
+        echo "more than $flash_limit bytes of flash" >&2
+        exit 1
+    fi
+    arm-none-eabi-objdump -d -C --no-show-raw-insn "$elf" | awk -f scripts/interrupt-paths.awk
+    if [ "$feature" = board ]; then
+        static_ram=$((data + bss))
+    fi
+done
+
+output=$(mktemp)
+trap 'rm -f "$output"' EXIT
+HYSTERON_FIRMWARE=$elf cargo test --locked --package hysteron-host --test firmware_emulator -- \
+    --ignored --nocapture | tee "$output"
+stack=$(sed -n 's/.*stack: \([0-9]*\) bytes.*/\1/p' "$output")
+echo "RAM: $((static_ram + stack)) bytes, $stack of them stack at its deepest"
+if [ $((static_ram + stack)) -gt "$ram_limit" ]; then
+    echo "more than $ram_limit bytes of RAM" >&2
+    exit 1
+fi

@@ -1,0 +1,357 @@
+//! One sample: reference, compensator, safety, converter code. Host and target run this very code.
+//!
+//! What a sample needs is a [`Setup`], built and validated outside the interrupt. There are two of
+//! them: the interrupt owns one by a `&mut`, the link prepares the other, sends it over a queue and
+//! gets the first one back, so a swap between two samples is an exchange of two pointers.
+
+use core::mem;
+
+use heapless::spsc::{Consumer, Producer};
+use serde::{Deserialize, Serialize};
+
+use crate::dac;
+use crate::hysteresis::State as PlayState;
+use crate::record::{ModelRecord, PLAYS, RecordError, TargetCompensator};
+use crate::reference::{Reference, Stream};
+use crate::safety::{Cause, Limits, Safety, State};
+use crate::settings::Valid;
+use crate::telemetry::{Codes, Events, Sample, Samples, Shared, Status};
+
+/// Orders that fit between link and interrupt, one less than this.
+pub const ORDERS_LEN: usize = 4;
+/// Setups on their way back, one less than this: there is only one to return.
+pub const RETIRED_LEN: usize = 2;
+
+/// The interrupt's end of the orders.
+pub type Orders<'a> = Consumer<'a, Order<'a>, ORDERS_LEN>;
+/// The interrupt's end of the setups that go back.
+pub type Retired<'a> = Producer<'a, &'a mut Setup, RETIRED_LEN>;
+
+/// What a reference means.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Path {
+    /// Displacement in um: through the compensator.
+    Compensated,
+    /// Drive in V: past the compensator, for excitations and for comparison.
+    Direct,
+}
+
+/// What the interrupt works with; built by [`Setup::new`] and [`Setup::prepare`].
+#[derive(Clone, Debug)]
+pub struct Setup {
+    limits: Limits,
+    dac: dac::Scale,
+    miss_limit: u32,
+    compensator: Option<(TargetCompensator, PlayState<f32, PLAYS>)>,
+}
+
+impl Setup {
+    /// For validated settings and no model.
+    pub fn new(settings: &Valid) -> Self {
+        Self {
+            limits: settings.limits,
+            dac: settings.dac,
+            miss_limit: u32::from(settings.miss_limit),
+            compensator: None,
+        }
+    }
+
+    /// Makes this setup that of `settings` and `model`.
+    ///
+    /// # Errors
+    /// A model that is refused; the setup is as it was.
+    pub fn prepare(
+        &mut self,
+        settings: &Valid,
+        model: Option<&ModelRecord>,
+    ) -> Result<(), RecordError> {
+        let compensator = match model {
+            Some(record) => {
+                let compensator = record.build(settings.sample_time)?.compensator()?;
+                // The first step takes the plays from zero to its sample, see `Control::target`.
+                let state = compensator.hysteresis().start(0.0);
+                Some((compensator, state))
+            }
+            None => None,
+        };
+        *self = Self {
+            compensator,
+            ..Self::new(settings)
+        };
+        Ok(())
+    }
+}
+
+/// What the link wants from the interrupt; at most one is obeyed a sample.
+#[derive(Debug)]
+pub enum Order<'a> {
+    /// A new setup. The output goes on from where it stands; only with the driver disabled does it
+    /// move to the new rest at once.
+    Adopt(&'a mut Setup),
+    /// Plays a reference, for `left` samples or, with `None`, until told otherwise; then holds.
+    Start {
+        /// The reference at its first sample.
+        reference: Reference,
+        /// What it means.
+        path: Path,
+        /// Samples to play.
+        left: Option<u32>,
+    },
+    /// Stands still.
+    Hold,
+    /// Ramps to rest.
+    Stop,
+    /// Leaves a fault.
+    Clear,
+    /// Drops this many samples from the front of the stream, a few in each sample; not while a
+    /// stream is played.
+    DropStream(u32),
+    /// Records one sample in this many, from now on; zero ends the recording.
+    Record(u32),
+}
+
+/// What goes to the hardware after a sample.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Output {
+    /// The converter.
+    pub dac: dac::Kind,
+    /// Code for the converter.
+    pub code: u16,
+    /// Whether the amplifier is to be driven.
+    pub driver_enabled: bool,
+}
+
+/// The control of one output.
+pub struct Control<'a> {
+    setup: &'a mut Setup,
+    orders: Orders<'a>,
+    retired: Retired<'a>,
+    stream: Stream<'a>,
+    samples: Samples<'a>,
+    shared: &'a Shared,
+    safety: Safety,
+    reference: Reference,
+    path: Path,
+    left: Option<u32>,
+    to_drop: u32,
+    /// The next compensated sample starts a new motion: its rate is unknown and taken as zero.
+    fresh: bool,
+    ticks: u32,
+    played: u32,
+    record_every: u32,
+    record_wait: u32,
+    record_index: u32,
+    status: Status,
+    events: Events,
+    misses_since_start: u32,
+}
+
+impl<'a> Control<'a> {
+    /// Off, at rest.
+    pub fn new(
+        setup: &'a mut Setup,
+        orders: Orders<'a>,
+        retired: Retired<'a>,
+        stream: Stream<'a>,
+        samples: Samples<'a>,
+        shared: &'a Shared,
+    ) -> Self {
+        let safety = Safety::new(&setup.limits);
+        Self {
+            setup,
+            orders,
+            retired,
+            stream,
+            samples,
+            shared,
+            safety,
+            reference: Reference::Stream,
+            path: Path::Direct,
+            left: None,
+            to_drop: 0,
+            fresh: true,
+            ticks: 0,
+            played: 0,
+            record_every: 0,
+            record_wait: 0,
+            record_index: 0,
+            // What an empty `Shared` says.
+            status: Status {
+                state: State::Off,
+                cause: None,
+                driver_enabled: false,
+            },
+            events: Events::default(),
+            misses_since_start: 0,
+        }
+    }
+
+    /// One sample. `sensor` is the code read at its beginning, `late` tells that the sample before
+    /// it was still being computed when this one was due.
+    #[inline(always)]
+    pub fn tick(&mut self, sensor: u16, late: bool) -> Output {
+        if self.orders.ready() {
+            self.obey();
+        }
+        if self.to_drop != 0 {
+            self.drop_some();
+        }
+        if late {
+            self.miss();
+        }
+        let target = match self.safety.state() {
+            State::Run => self.target(),
+            _ => None,
+        };
+        let drive = self.safety.step(&self.setup.limits, target);
+        let codes = Codes {
+            drive: self.setup.dac.code(drive),
+            sensor,
+        };
+        if self.record_every != 0 {
+            self.record(codes);
+        }
+        self.ticks = self.ticks.wrapping_add(1);
+        let driver_enabled = self.safety.driver_enabled(&self.setup.limits);
+        self.shared
+            .publish(self.ticks, codes, self.safety.limited(), self.played);
+        let status = Status {
+            state: self.safety.state(),
+            cause: self.safety.cause(),
+            driver_enabled,
+        };
+        if status != self.status {
+            self.status = status;
+            self.shared.publish_status(status);
+        }
+        if self.safety.underruns() != self.events.underruns {
+            self.events.underruns = self.safety.underruns();
+            self.shared.publish_events(self.events);
+        }
+        Output {
+            dac: self.setup.dac.kind(),
+            code: codes.drive,
+            driver_enabled,
+        }
+    }
+
+    /// The drive that the next reference sample asks for; `None` when it did not come or came to an
+    /// end.
+    #[inline(always)]
+    fn target(&mut self) -> Option<f32> {
+        if let Some(left) = &mut self.left {
+            if *left == 0 {
+                self.safety.hold();
+                return None;
+            }
+            *left -= 1;
+        }
+        let Some(reference) = self.reference.next(&mut self.stream) else {
+            // The sample is still to come.
+            self.left = self.left.map(|left| left.wrapping_add(1));
+            self.fresh = true;
+            return None;
+        };
+        self.played = self.played.wrapping_add(1);
+        match (self.path, &mut self.setup.compensator) {
+            (Path::Direct, _) => Some(reference),
+            (Path::Compensated, Some((compensator, plays))) => {
+                let drive = if self.fresh {
+                    self.fresh = false;
+                    compensator.step_at_rest(plays, reference)
+                } else {
+                    compensator.step(plays, reference)
+                };
+                // The safety turns what is not finite into a fault.
+                Some(drive.unwrap_or(f32::NAN))
+            }
+            (Path::Compensated, None) => {
+                self.safety.fault(Cause::NoModel);
+                None
+            }
+        }
+    }
+
+    #[inline(never)]
+    fn obey(&mut self) {
+        let Some(order) = self.orders.dequeue() else {
+            return;
+        };
+        match order {
+            Order::Adopt(next) => {
+                let driven = self.safety.driver_enabled(&self.setup.limits);
+                let before = mem::replace(&mut self.setup, next);
+                // There is room: the queue holds the only other setup there is.
+                let _ = self.retired.enqueue(before);
+                if driven {
+                    self.safety.join();
+                } else {
+                    self.safety.reset_output(&self.setup.limits);
+                }
+                self.fresh = true;
+            }
+            Order::Start {
+                reference,
+                path,
+                left,
+            } => {
+                (self.reference, self.path, self.left) = (reference, path, left);
+                (self.fresh, self.played, self.misses_since_start) = (true, 0, 0);
+                self.safety.run();
+            }
+            Order::Hold => self.safety.hold(),
+            Order::Stop => self.safety.off(),
+            Order::Clear => {
+                self.misses_since_start = 0;
+                self.safety.clear();
+            }
+            Order::DropStream(count) => self.to_drop = count,
+            Order::Record(every) => {
+                (self.record_every, self.record_wait, self.record_index) = (every, 0, 0);
+            }
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn drop_some(&mut self) {
+        const A_SAMPLE: u32 = 8;
+        for _ in 0..A_SAMPLE {
+            if self.to_drop != 0 {
+                self.to_drop -= 1;
+                let _ = self.stream.dequeue();
+            }
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn miss(&mut self) {
+        self.events.misses = self.events.misses.wrapping_add(1);
+        self.shared.publish_events(self.events);
+        self.misses_since_start = self.misses_since_start.saturating_add(1);
+        if self.misses_since_start > self.setup.miss_limit {
+            self.safety.fault(Cause::Deadline);
+        }
+    }
+
+    #[inline(always)]
+    fn record(&mut self, codes: Codes) {
+        if self.record_wait != 0 {
+            self.record_wait -= 1;
+            return;
+        }
+        self.record_wait = self.record_every - 1;
+        let index = self.record_index;
+        self.record_index = index.wrapping_add(1);
+        if self.samples.enqueue(Sample { index, codes }).is_err() {
+            self.events.dropped = self.events.dropped.wrapping_add(1);
+            self.shared.publish_events(self.events);
+        }
+    }
+
+    /// What the output does, for tests and displays.
+    pub fn safety(&self) -> &Safety {
+        &self.safety
+    }
+}

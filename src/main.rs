@@ -1,0 +1,87 @@
+//! Firmware: wiring only. On a host this is a stub, so that a workspace builds as a whole.
+
+#![cfg_attr(target_os = "none", no_std, no_main)]
+#![allow(unsafe_code, reason = "what RTIC generates")]
+
+#[cfg(not(target_os = "none"))]
+fn main() {
+    eprintln!("this is the firmware: build it for thumbv7em-none-eabihf, see docs/hardware.md");
+}
+
+#[cfg(target_os = "none")]
+#[rtic::app(device = stm32f4::stm32f405, peripherals = false)]
+mod app {
+    use hysteron::board::line::{Bytes, Line, Port};
+    use hysteron::board::stm32f405::Stm32f405;
+    use hysteron::board::{Board, Sampling};
+    use hysteron::control::Control;
+    use hysteron::link::Server;
+    use hysteron::settings::Settings;
+    use hysteron::telemetry;
+    use hysteron::wiring::Memory;
+
+    #[shared]
+    struct Shared {}
+
+    #[local]
+    struct Local {
+        control: Control<'static>,
+        samples: <Stm32f405 as Board>::Sampling,
+        server: Server<'static>,
+        counters: &'static telemetry::Shared,
+        board: Stm32f405,
+        port: Port,
+        line: Line,
+    }
+
+    /// The output at rest first of all, the samples last.
+    #[init(local = [memory: Memory<'static> = Memory::new(), bytes: Bytes = Bytes::new()])]
+    fn init(cx: init::Context) -> (Shared, Local) {
+        let connected = cx.local.memory.connect(Settings::default());
+        let (control, server, counters) = connected.expect("the default settings are valid");
+        let (mut board, samples) = Stm32f405::start(server.valid());
+        let (port, line) = cx.local.bytes.open();
+        board.apply(server.valid());
+        let local = Local {
+            control,
+            samples,
+            server,
+            counters,
+            board,
+            port,
+            line,
+        };
+        (Shared {}, local)
+    }
+
+    /// One sample: reference, compensator, safety, converter.
+    ///
+    /// Deadline: the next sample, 100 us at 10 kHz; the code goes out within a few us of the timer's
+    /// update. Nothing has a higher priority and nothing locks it out. A sample that is still being
+    /// computed when the next one is due is counted as late; the next one follows at once and the
+    /// one after it is on time again. More than `miss_limit` of them after a start are a fault: the
+    /// output ramps to rest. Requests that pile up beyond one are lost and count once.
+    ///
+    /// Divisions: none, of floats or of integers; `scripts/check-firmware.sh` looks for them.
+    #[task(binds = TIM3, priority = 3, local = [control, samples])]
+    fn sample(cx: sample::Context) {
+        let sample::LocalResources {
+            control, samples, ..
+        } = cx.local;
+        let sampled = samples.begin();
+        samples.put(control.tick(sampled.sensor, sampled.late));
+    }
+
+    /// Bytes of the link, between samples.
+    #[task(binds = USART1, priority = 2, local = [port])]
+    fn bytes(cx: bytes::Context) {
+        cx.local.port.serve();
+    }
+
+    /// Commands, settings, models, recordings: whenever nothing else is due.
+    #[idle(local = [server, counters, board, line])]
+    fn idle(cx: idle::Context) -> ! {
+        let local = cx.local;
+        local.line.run(local.server, local.counters, local.board)
+    }
+}

@@ -1,0 +1,184 @@
+//! What leaves the interrupt: samples through a queue, counters through atomics.
+
+use core::sync::atomic::{AtomicU32, Ordering};
+
+use heapless::spsc::{Consumer, Producer};
+use serde::{Deserialize, Serialize};
+
+use crate::safety::{Cause, State};
+
+/// Samples that fit between interrupt and link, one less than this: 51 ms at 10 kHz.
+pub const QUEUE_LEN: usize = 512;
+
+/// The interrupt's end of the samples.
+pub type Samples<'a> = Producer<'a, Sample, QUEUE_LEN>;
+
+/// The link's end of the samples.
+pub type Recorded<'a> = Consumer<'a, Sample, QUEUE_LEN>;
+
+/// One recorded sample.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sample {
+    /// Number of the sample since the start of the recording; a gap is what was dropped.
+    pub index: u32,
+    /// Codes of this sample.
+    pub codes: Codes,
+}
+
+/// Codes of one sample: the drive that was put out in it, and the sensor as it was just before.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Codes {
+    /// Code of the digital-to-analog converter.
+    #[serde(with = "postcard::fixint::le")]
+    pub drive: u16,
+    /// Code of the sensor's converter.
+    #[serde(with = "postcard::fixint::le")]
+    pub sensor: u16,
+}
+
+/// What the interrupt tells the rest; one writer, so plain loads and stores are enough.
+#[derive(Debug, Default)]
+pub struct Shared {
+    ticks: AtomicU32,
+    status: AtomicU32,
+    codes: AtomicU32,
+    misses: AtomicU32,
+    underruns: AtomicU32,
+    limited: AtomicU32,
+    dropped: AtomicU32,
+    played: AtomicU32,
+}
+
+/// A snapshot of the counters. All of them wrap and none is reset before power-off.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Statistics {
+    /// What the output does.
+    pub state: State,
+    /// Why it is in a fault.
+    pub cause: Option<Cause>,
+    /// Whether the amplifier is driven.
+    pub driver_enabled: bool,
+    /// Samples since power-on.
+    pub ticks: u32,
+    /// Samples that were computed too late.
+    pub misses: u32,
+    /// How often a stream ran dry.
+    pub underruns: u32,
+    /// Samples in which range or slew held the output back.
+    pub limited: u32,
+    /// Recorded samples that did not fit into the queue.
+    pub dropped: u32,
+    /// Reference samples played since the start of the reference.
+    pub played: u32,
+    /// Latest codes.
+    pub codes: Codes,
+    /// Frames that were turned away, counted by the link.
+    pub bad_frames: u32,
+}
+
+/// What the output does, as far as it is told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Status {
+    /// As in [`Statistics`].
+    pub state: State,
+    /// As in [`Statistics`].
+    pub cause: Option<Cause>,
+    /// As in [`Statistics`].
+    pub driver_enabled: bool,
+}
+
+/// Counters that change seldom.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Events {
+    /// As in [`Statistics`].
+    pub misses: u32,
+    /// As in [`Statistics`].
+    pub underruns: u32,
+    /// As in [`Statistics`].
+    pub dropped: u32,
+}
+
+impl Shared {
+    /// All zero: off, no sample yet.
+    pub const fn new() -> Self {
+        Self {
+            ticks: AtomicU32::new(0),
+            status: AtomicU32::new(0),
+            codes: AtomicU32::new(0),
+            misses: AtomicU32::new(0),
+            underruns: AtomicU32::new(0),
+            limited: AtomicU32::new(0),
+            dropped: AtomicU32::new(0),
+            played: AtomicU32::new(0),
+        }
+    }
+
+    /// Called once a sample by the interrupt.
+    #[inline(always)]
+    pub(crate) fn publish(&self, ticks: u32, codes: Codes, limited: u32, played: u32) {
+        self.ticks.store(ticks, Ordering::Relaxed);
+        self.limited.store(limited, Ordering::Relaxed);
+        self.played.store(played, Ordering::Relaxed);
+        let packed = u32::from(codes.drive) | u32::from(codes.sensor) << 16;
+        self.codes.store(packed, Ordering::Relaxed);
+    }
+
+    /// Called by the interrupt when one of them changed.
+    pub(crate) fn publish_events(&self, events: Events) {
+        self.misses.store(events.misses, Ordering::Relaxed);
+        self.underruns.store(events.underruns, Ordering::Relaxed);
+        self.dropped.store(events.dropped, Ordering::Relaxed);
+    }
+
+    /// Called by the interrupt when one of them changed.
+    pub(crate) fn publish_status(&self, status: Status) {
+        let cause = match status.cause {
+            None => 0,
+            Some(Cause::NotFinite) => 1,
+            Some(Cause::Deadline) => 2,
+            Some(Cause::NoModel) => 3,
+        };
+        let enabled = u32::from(status.driver_enabled) << 16;
+        self.status.store(
+            status.state as u32 | cause << 8 | enabled,
+            Ordering::Relaxed,
+        );
+    }
+
+    /// Samples since power-on; wraps. It standing still tells a watchdog that the interrupt died.
+    pub fn ticks(&self) -> u32 {
+        self.ticks.load(Ordering::Relaxed)
+    }
+
+    /// Everything.
+    pub fn statistics(&self, bad_frames: u32) -> Statistics {
+        let status = self.status.load(Ordering::Relaxed);
+        let codes = self.codes.load(Ordering::Relaxed);
+        Statistics {
+            state: match status & 0xff {
+                1 => State::Hold,
+                2 => State::Run,
+                3 => State::Fault,
+                _ => State::Off,
+            },
+            cause: match status >> 8 & 0xff {
+                1 => Some(Cause::NotFinite),
+                2 => Some(Cause::Deadline),
+                3 => Some(Cause::NoModel),
+                _ => None,
+            },
+            driver_enabled: status >> 16 & 1 == 1,
+            ticks: self.ticks(),
+            misses: self.misses.load(Ordering::Relaxed),
+            underruns: self.underruns.load(Ordering::Relaxed),
+            limited: self.limited.load(Ordering::Relaxed),
+            dropped: self.dropped.load(Ordering::Relaxed),
+            played: self.played.load(Ordering::Relaxed),
+            codes: Codes {
+                drive: codes as u16,
+                sensor: (codes >> 16) as u16,
+            },
+            bad_frames,
+        }
+    }
+}

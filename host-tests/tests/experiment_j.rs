@@ -186,6 +186,9 @@ fn constants_are_found_again_from_three_loops() {
         "slope of sliding plays",
     );
     assert_near(stage.beta_s, 8.572e-4, 0.02, "beta of the stage");
+    for at in &RESULTS.identification.largest_error_um {
+        assert!(at.rate_dependent < 1.8, "{at:?}");
+    }
 }
 
 /// Error (41) from the formulas written out, sample by sample.

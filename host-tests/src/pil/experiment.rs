@@ -31,8 +31,8 @@ pub struct Input {
     pub kind: Kind,
     /// Periods a second.
     pub frequency_hz: f64,
-    /// Periods that are played; whole ones, the first two of them (of a sine or triangle one) not
-    /// counted in the error, for plays and plant begin apart.
+    /// Whole periods that are played. The first one, with two amplitudes the first two, does not
+    /// count in the error: model and stage begin in different states.
     pub periods: u32,
 }
 

@@ -8,7 +8,7 @@ pub fn page(outcome: &Outcome) -> Page {
     let mut page = Page::new("Processor in the loop");
     page.lead(format!(
         "The firmware in an emulated Cortex-M4F drives a simulated stage like the P-753.31C along \
-         paper J's references, {AMPLITUDE_UM} um, with the model p753 uploaded over the link."
+         paper J's references, {AMPLITUDE_UM} µm, with the model p753 uploaded over the link."
     ));
     let (tone, text) = verdict(outcome);
     page.verdict(tone, text);
@@ -46,7 +46,7 @@ fn verdict(outcome: &Outcome) -> (Tone, String) {
     let largest = |of: fn(&Followed) -> f64| outcome.followed.iter().map(of).fold(0.0, f64::max);
     let text = format!(
         "Firmware and host agree bit for bit in {} samples; compensation takes the largest error \
-         from {:.2} um to {:.2} um.",
+         from {:.2} µm to {:.2} µm.",
         outcome.samples,
         largest(|one| one.without.max_um),
         largest(|one| one.with.max_um),
@@ -103,10 +103,10 @@ fn errors(section: &mut Section, outcome: &Outcome) {
     section.table(
         [
             "Reference",
-            "largest without, um",
-            "largest with, um",
-            "rms without, um",
-            "rms with, um",
+            "largest without, µm",
+            "largest with, µm",
+            "rms without, µm",
+            "rms with, µm",
         ],
         outcome.followed.iter().map(|one| {
             vec![
@@ -138,9 +138,9 @@ fn traces(section: &mut Section, followed: &Followed, sample_time_s: f64) {
             time(),
             Axis::linear("Displacement", "um"),
         )
-        .series(trace("reference", &followed.reference_um[from..]))
         .series(trace("without", &followed.without_um[from..]))
-        .series(trace("with", &followed.with_um[from..])),
+        .series(trace("with", &followed.with_um[from..]))
+        .series(trace("reference", &followed.reference_um[from..])),
     );
     section.plot(
         Plot::new(

@@ -44,7 +44,11 @@ impl Watch {
             next += Duration::from_secs_f64(self.every);
             let fields = fields(&client.statistics()?, &settings)?;
             if self.json {
-                println!("{}", Value::Object(fields));
+                let object: Map<_, _> = fields
+                    .into_iter()
+                    .map(|(name, value)| (name.to_owned(), value))
+                    .collect();
+                println!("{}", Value::Object(object));
             } else {
                 let shown: Vec<_> = fields
                     .iter()
@@ -58,28 +62,30 @@ impl Watch {
 }
 
 /// Counters with codes in V and um.
-pub fn fields(now: &Statistics, settings: &Settings) -> Result<Map<String, Value>, Error> {
+pub fn fields(now: &Statistics, settings: &Settings) -> Result<Vec<(&'static str, Value)>, Error> {
     let valid = settings.validate().map_err(|error| {
         Error::request(format!("the target has settings out of bounds: {error:?}"))
     })?;
-    let fields = json!({
-        "time_s": f64::from(now.ticks) / f64::from(settings.sample_rate_hz),
-        "state": format!("{:?}", now.state),
-        "cause": now.cause.map(|cause| format!("{cause:?}")),
-        "driver_enabled": now.driver_enabled,
-        "drive_v": valid.dac.drive(now.codes.drive),
-        "displacement_um": valid.sensor.displacement(now.codes.sensor),
-        "played": now.played,
-        "misses": now.misses,
-        "underruns": now.underruns,
-        "limited": now.limited,
-        "dropped": now.dropped,
-        "bad_frames": now.bad_frames,
-    });
-    match fields {
-        Value::Object(fields) => Ok(fields),
-        _ => Ok(Map::new()),
-    }
+    Ok(vec![
+        (
+            "time_s",
+            json!(f64::from(now.ticks) / f64::from(settings.sample_rate_hz)),
+        ),
+        ("state", json!(format!("{:?}", now.state))),
+        ("cause", json!(now.cause.map(|cause| format!("{cause:?}")))),
+        ("driver_enabled", json!(now.driver_enabled)),
+        ("drive_v", json!(valid.dac.drive(now.codes.drive))),
+        (
+            "displacement_um",
+            json!(valid.sensor.displacement(now.codes.sensor)),
+        ),
+        ("played", json!(now.played)),
+        ("misses", json!(now.misses)),
+        ("underruns", json!(now.underruns)),
+        ("limited", json!(now.limited)),
+        ("dropped", json!(now.dropped)),
+        ("bad_frames", json!(now.bad_frames)),
+    ])
 }
 
 /// A value without quotes.

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Builds the firmware for the board and for QEMU and checks it: size, what the sample interrupt can
-# reach, and, in the emulator, bit-for-bit agreement with the host, instructions and faults.
+# reach, and, in the emulator, bit-for-bit agreement with the host, instructions, faults, and the
+# whole way from a recording to a compensated reference.
 # Needs qemu-system-arm and binutils-arm-none-eabi; see thumb-cargo.sh for the Rust compiler.
 set -euo pipefail
 
@@ -37,7 +38,8 @@ done
 
 output=$(mktemp)
 trap 'rm -f "$output"' EXIT
-HYSTERON_FIRMWARE=$elf cargo test --locked --package hysteron-host --test firmware_emulator -- \
+HYSTERON_FIRMWARE=$elf cargo test --locked --package hysteron-host --test firmware_emulator \
+    --test link_circle --test pil -- \
     --ignored --nocapture | tee "$output"
 stack=$(sed -n 's/.*stack: \([0-9]*\) bytes.*/\1/p' "$output")
 echo "RAM: $((static_ram + stack)) bytes, $stack of them stack at its deepest"

@@ -88,7 +88,8 @@ pub enum Order<'a> {
     /// A new setup. The output goes on from where it stands; only with the driver disabled does it
     /// move to the new rest at once.
     Adopt(&'a mut Setup),
-    /// Plays a reference, for `left` samples or, with `None`, until told otherwise; then holds.
+    /// Plays a reference, for `left` samples or, with `None`, until told otherwise; then holds. A
+    /// recording that runs numbers its samples from here.
     Start {
         /// The reference at its first sample.
         reference: Reference,
@@ -282,6 +283,8 @@ impl<'a> Control<'a> {
                 (self.reference, self.path, self.left) = (reference, path, left);
                 self.misses_since_start = 0;
                 self.shared.start();
+                // A recording begins anew, so that its sample 0 is that of the reference: the next one.
+                (self.record_wait, self.record_index) = (1, 0);
                 self.safety.run();
                 self.begins = true;
             }

@@ -1,5 +1,7 @@
 #![no_std]
-//! Hysteresis models and inverses for piezo actuators.
+#![doc = include_str!("../README.md")]
+//!
+//! # The library
 //!
 //! The crate is the mathematical core of hysteron: it computes in volts, micrometres and seconds,
 //! knows no clock, bus, heap or file, and runs bit for bit the same on a Cortex-M4F and on a host.

@@ -19,7 +19,7 @@ pub type Recorded<'a> = Consumer<'a, Sample, QUEUE_LEN>;
 /// One recorded sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sample {
-    /// Number of the sample since the start of the recording; a gap is what was dropped.
+    /// Number of the sample since the recording or its reference began; a gap is what was dropped.
     pub index: u32,
     /// Codes of this sample.
     pub codes: Codes,

@@ -37,6 +37,9 @@ pub enum Error {
         /// What is wrong and, after a semicolon, what to do.
         problem: String,
     },
+    /// The user ended the work; the command line exits with 130.
+    #[error("interrupted; the output was told to stop")]
+    Interrupted,
 }
 
 impl Error {

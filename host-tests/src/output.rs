@@ -13,6 +13,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use tempfile::NamedTempFile;
 
 use crate::error::{Error, Place};
+use crate::interrupt;
 use crate::signals::{self, Column};
 
 /// What an interrupt has to remove.
@@ -32,12 +33,16 @@ fn unfinished() -> MutexGuard<'static, Unfinished> {
 }
 
 /// Makes Ctrl-C, and termination and hang-up where the system knows them, remove every unfinished
-/// file before the process ends with exit code 130. To be called once, by the program's `main`.
+/// file before the process ends with exit code 130; while an [`interrupt::Deferred`] lives, the first
+/// one is left to its owner. To be called once, by the program's `main`.
 ///
 /// # Errors
 /// When the handler cannot be installed, for example because there is one already.
 pub fn remove_unfinished_on_interrupt() -> Result<(), Error> {
     ctrlc::set_handler(|| {
+        if interrupt::defer() {
+            return;
+        }
         // The lock is kept until the end, so that nothing new begins and nothing half-renamed stays.
         let unfinished = unfinished();
         for file in &unfinished.files {

@@ -330,6 +330,35 @@ fn recordings_are_numbered_and_drops_show_as_gaps() {
 }
 
 #[test]
+fn a_start_numbers_the_recording_from_its_first_sample() {
+    let mut rig = Rig::new(bipolar());
+    rig.tell(Command::Record { every: 1 });
+    rig.ticks(7);
+    let ask = Command::Start {
+        path: Path::Direct,
+        waveform: sine(10.0, 100.0),
+        samples: 0,
+    };
+    assert_eq!(rig.ask(ask), Answer::Done);
+    let outputs: Vec<u16> = rig.ticks(20).iter().map(|output| output.code).collect();
+    let mut frames = Vec::new();
+    while let Some(frame) = rig.server.recorded(true) {
+        let mut frame = frame[..frame.len() - 1].to_vec();
+        match hysteron::link::decode::<Message>(&mut frame).unwrap() {
+            Message::Recorded { first, codes } => frames.push((first, codes)),
+            other => panic!("{other:?}"),
+        }
+    }
+    let lengths: Vec<_> = frames
+        .iter()
+        .map(|(first, codes)| (*first, codes.len()))
+        .collect();
+    assert_eq!(lengths, [(0, 8), (0, 20)]);
+    let recorded: Vec<u16> = frames[1].1.iter().map(|codes| codes.drive).collect();
+    assert_eq!(recorded, outputs);
+}
+
+#[test]
 fn the_step_bound_is_that_of_the_settings() {
     // 30,000 V/s at 10 kHz: 3 V, of 1.526 mV each.
     assert!((step_in_codes(&bipolar()) - 1.0 - 3.0 / 10.0 / 10.0 * 65_536.0).abs() < 0.1);

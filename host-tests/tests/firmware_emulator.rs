@@ -5,159 +5,69 @@
 
 mod firmware_rig;
 
-use std::io::{Read, Write};
-use std::process::{Child, ChildStdin, ChildStdout, Command as Process, Stdio};
+use std::path::PathBuf;
 
-use firmware_rig::{Rig, bipolar, model, published, sine};
+use firmware_rig::{bipolar, frame, model, published, sine};
 use hysteron::control::Path;
-use hysteron::link::{Command, FRAME_LEN};
+use hysteron::link::{Answer, Command, Message, decode};
 use hysteron::reference::{Tone, Waveform};
-use hysteron::safety::State;
 use hysteron::settings::Settings;
+use hysteron_host::pil::{Emulator, Pair, Replica, Target, Ticked};
 
 const NEEDS: &str = "HYSTERON_FIRMWARE names the ELF; scripts/check-firmware.sh builds and runs";
 
-/// Most link bytes in one response.
-const PAYLOAD_LEN: usize = 2048;
-
-struct Emulator {
-    process: Child,
-    requests: Option<ChildStdin>,
-    responses: ChildStdout,
-}
-
-#[derive(Debug, PartialEq)]
-struct Response {
-    kind: u8,
-    state: u8,
-    code: u16,
-    driver_enabled: bool,
-    count: u32,
-    payload: Vec<u8>,
-}
-
-impl Emulator {
-    fn start() -> Self {
-        let elf = std::env::var("HYSTERON_FIRMWARE").expect(NEEDS);
-        let mut process = Process::new("qemu-system-arm")
-            .args([
-                "-M",
-                "netduinoplus2",
-                "-nographic",
-                "-monitor",
-                "none",
-                "-serial",
-                "none",
-            ])
-            .args(["-semihosting-config", "enable=on,target=native"])
-            .args(["-icount", "shift=0,sleep=off", "-kernel", &elf])
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .expect("qemu-system-arm starts");
-        let requests = process.stdin.take();
-        let responses = process.stdout.take().unwrap();
-        Self {
-            process,
-            requests,
-            responses,
-        }
-    }
-
-    fn send(&mut self, kind: u8, len: u8, value: u16, payload: &[u8]) {
-        let [low, high] = value.to_le_bytes();
-        let mut bytes = vec![kind, len, low, high];
-        bytes.extend_from_slice(payload);
-        self.requests.as_mut().unwrap().write_all(&bytes).unwrap();
-    }
-
-    fn response(&mut self) -> Response {
-        let mut header = [0; 12];
-        self.responses.read_exact(&mut header).unwrap();
-        let [kind, state, c0, c1, enabled, _, l0, l1, rest @ ..] = header;
-        let mut payload = vec![0; usize::from(u16::from_le_bytes([l0, l1]))];
-        self.responses.read_exact(&mut payload).unwrap();
-        Response {
-            kind,
-            state,
-            code: u16::from_le_bytes([c0, c1]),
-            driver_enabled: enabled == 1,
-            count: u32::from_le_bytes(rest),
-            payload,
-        }
-    }
-
-    fn tick(&mut self, late: bool) -> Response {
-        self.send(if late { b'O' } else { b'T' }, 0, 1234, &[]);
-        self.response()
-    }
-
-    /// Link bytes there, and what comes back.
-    fn link(&mut self, bytes: &[u8]) -> Vec<u8> {
-        let mut answer = Vec::new();
-        for chunk in bytes.chunks(255) {
-            self.send(b'L', chunk.len() as u8, 0, chunk);
-            answer.extend(self.response().payload);
-        }
-        answer
-    }
-
-    /// Exit code and what was said on the error stream.
-    fn end(mut self) -> (Option<i32>, String) {
-        drop(self.requests.take());
-        let output = self.process.wait_with_output().unwrap();
-        (
-            output.status.code(),
-            String::from_utf8_lossy(&output.stderr).into_owned(),
-        )
-    }
-}
+/// Any code of the sensor: nothing here depends on it but what is recorded.
+const SENSOR: u16 = 1234;
 
 /// Emulator and replica side by side.
-struct Pair {
-    emulator: Emulator,
-    rig: Rig,
+struct Both {
+    pair: Pair,
+    sequence: u16,
     counts: Vec<u32>,
 }
 
-impl Pair {
+impl Both {
     fn new() -> Self {
-        let mut pair = Self {
-            emulator: Emulator::start(),
-            rig: Rig::new(Settings::default()),
+        let elf = PathBuf::from(std::env::var_os("HYSTERON_FIRMWARE").expect(NEEDS));
+        let emulator = Emulator::start(&elf).unwrap();
+        let mut both = Self {
+            pair: Pair::new(emulator, Replica::power_on().unwrap()),
+            sequence: 0,
             counts: Vec::new(),
         };
-        pair.emulator.tick(false);
-        pair
+        both.tick(false);
+        both
     }
 
-    /// The same command to both; the same bytes have to come back.
+    /// The same command to both, which has to be carried out; recorded samples may come with the
+    /// reply.
     fn tell(&mut self, command: Command) {
-        let frame = self.rig.frame(command);
-        let there = self.emulator.link(&frame);
-        let mut here = Vec::new();
-        for byte in frame {
-            here.extend_from_slice(self.rig.server.receive(byte).unwrap_or(&[]));
-        }
-        while here.len() + FRAME_LEN <= PAYLOAD_LEN
-            && let Some(recorded) = self.rig.server.recorded(false)
-        {
-            here.extend_from_slice(recorded);
-        }
-        assert!(here == there, "{} and {} bytes", here.len(), there.len());
-        self.ticks(1);
+        self.sequence += 1;
+        let heard = self.pair.link(&frame(self.sequence, command)).unwrap();
+        let done = heard.split(|&byte| byte == 0).any(|frame| {
+            let message = decode(&mut frame.to_vec());
+            message.is_ok_and(|message: Message| {
+                message
+                    == Message::Reply {
+                        sequence: self.sequence,
+                        answer: Answer::Done,
+                    }
+            })
+        });
+        assert!(done, "no reply, or a refusal");
+        self.tick(false);
+    }
+
+    fn tick(&mut self, late: bool) -> Ticked {
+        let ticked = self.pair.tick(SENSOR, late).unwrap();
+        assert_eq!(self.pair.first_difference(), None);
+        self.counts.push(ticked.instructions);
+        ticked
     }
 
     fn ticks(&mut self, count: usize) {
         for _ in 0..count {
-            let there = self.emulator.tick(false);
-            let here = self.rig.control.tick(1234, false);
-            assert_eq!(
-                (there.code, there.driver_enabled),
-                (here.code, here.driver_enabled)
-            );
-            self.counts.push(there.count);
+            self.tick(false);
         }
     }
 
@@ -202,8 +112,8 @@ fn references() -> Vec<Waveform> {
 #[test]
 #[ignore = "needs QEMU and the firmware: scripts/check-firmware.sh"]
 fn target_and_host_agree_bit_for_bit_within_the_budget() {
-    let mut pair = Pair::new();
-    pair.wide();
+    let mut both = Both::new();
+    both.wide();
     let thresholds: Vec<f32> = (1..=10).map(|i| 2.5 * i as f32).collect();
     let mut weights = vec![0.7236];
     weights.extend((1..=10).map(|i| 0.12 * (-0.1 * i as f32).exp()));
@@ -212,22 +122,22 @@ fn target_and_host_agree_bit_for_bit_within_the_budget() {
     // bipolar converter, a recording and an order in the same sample, swaps of the model in full swing
     // among them.
     for (name, record, most) in [("n = 3", published(), 450), ("n = 10", ten, 450)] {
-        pair.tell(Command::SetModel(Some(record.clone())));
-        pair.counts.clear();
+        both.tell(Command::SetModel(Some(record.clone())));
+        both.counts.clear();
         for waveform in references() {
             for path in [Path::Compensated, Path::Direct] {
-                pair.start(path, waveform);
-                pair.tell(Command::Record { every: 1 });
-                pair.ticks(4_000);
+                both.start(path, waveform);
+                both.tell(Command::Record { every: 1 });
+                both.ticks(4_000);
                 for pause in [1, 7, 19, 25, 37, 50] {
-                    pair.tell(Command::SetModel(Some(record.clone())));
-                    pair.tell(Command::Record { every: 1 });
-                    pair.ticks(pause);
+                    both.tell(Command::SetModel(Some(record.clone())));
+                    both.tell(Command::Record { every: 1 });
+                    both.ticks(pause);
                 }
-                pair.tell(Command::Hold);
+                both.tell(Command::Hold);
             }
         }
-        let mut counts = pair.counts.clone();
+        let mut counts = both.counts.clone();
         counts.sort_unstable();
         let (median, worst) = (counts[counts.len() / 2], counts[counts.len() - 1]);
         println!(
@@ -236,55 +146,69 @@ fn target_and_host_agree_bit_for_bit_within_the_budget() {
         );
         assert!(worst <= most, "{worst} instructions in the worst sample");
     }
-    assert_eq!(pair.rig.control.safety().state(), State::Hold);
-    pair.emulator.send(b'S', 0, 0, &[]);
-    println!("stack: {} bytes", pair.emulator.response().count);
-    assert_eq!(pair.emulator.end(), (Some(0), String::new()));
+    assert_eq!(both.tick(false).state, 1);
+    let mut emulator = both.pair.into_emulator();
+    println!("stack: {} bytes", emulator.stack_bytes().unwrap());
+    assert_eq!(emulator.end().unwrap(), (Some(0), String::new()));
 }
 
 #[test]
 #[ignore = "needs QEMU and the firmware: scripts/check-firmware.sh"]
 fn late_samples_are_a_fault_that_ends_safe_and_recovers() {
-    let mut pair = Pair::new();
-    pair.wide();
-    pair.start(Path::Direct, sine(30.0, 10.0));
-    pair.ticks(250);
+    let mut both = Both::new();
+    both.wide();
+    both.start(Path::Direct, sine(30.0, 10.0));
+    both.ticks(250);
     for _ in 0..4 {
-        assert_eq!(
-            pair.emulator.tick(true).code,
-            pair.rig.control.tick(1234, true).code
-        );
+        both.tick(true);
     }
-    pair.ticks(300);
-    let response = pair.emulator.tick(false);
+    both.ticks(300);
+    let ticked = both.tick(false);
     assert_eq!(
-        (response.state, response.code, response.driver_enabled),
+        (ticked.state, ticked.code, ticked.driver_enabled),
         (3, 0x8000, false)
     );
-    pair.rig.control.tick(1234, false);
-    pair.tell(Command::Clear);
-    pair.start(Path::Direct, sine(30.0, 10.0));
-    pair.ticks(1_000);
-    assert_eq!(pair.emulator.end().0, Some(0));
+    both.tell(Command::Clear);
+    both.start(Path::Direct, sine(30.0, 10.0));
+    both.ticks(1_000);
+    assert_eq!(both.pair.into_emulator().end().unwrap().0, Some(0));
 }
 
 #[test]
 #[ignore = "needs QEMU and the firmware: scripts/check-firmware.sh"]
 fn a_program_that_fails_leaves_the_converter_safe() {
     for (kind, says) in [(b'P', "forced"), (b'H', "hard fault")] {
-        let mut pair = Pair::new();
-        pair.wide();
-        pair.start(Path::Direct, sine(30.0, 10.0));
-        pair.ticks(250);
-        assert!(pair.rig.last.code != 0x8000);
-        pair.emulator.send(kind, 0, 0, &[]);
-        let response = pair.emulator.response();
+        let mut both = Both::new();
+        both.wide();
+        both.start(Path::Direct, sine(30.0, 10.0));
+        both.ticks(250);
+        assert!(both.tick(false).code != 0x8000);
+        let mut emulator = both.pair.into_emulator();
+        emulator.request(kind, 0, &[]).unwrap();
+        let response = emulator.response().unwrap();
         assert_eq!(
-            (response.kind, response.code, response.driver_enabled),
+            (
+                response.kind,
+                response.ticked.code,
+                response.ticked.driver_enabled
+            ),
             (b'F', 0x8000, false)
         );
-        let (code, message) = pair.emulator.end();
+        let (code, message) = emulator.end().unwrap();
         assert_eq!(code, Some(101));
         assert!(message.contains(says), "{message}");
     }
+}
+
+#[test]
+#[ignore = "needs QEMU and the firmware: scripts/check-firmware.sh"]
+fn a_difference_does_not_go_unseen() {
+    let elf = PathBuf::from(std::env::var_os("HYSTERON_FIRMWARE").expect(NEEDS));
+    let mut emulator = Emulator::start(&elf).unwrap();
+    // The firmware alone is told to hold, so its driver is on and the host's is not.
+    emulator.tick(SENSOR, false).unwrap();
+    emulator.link(&frame(1, Command::Hold)).unwrap();
+    let mut pair = Pair::new(emulator, Replica::power_on().unwrap());
+    pair.tick(SENSOR, false).unwrap();
+    assert!(pair.first_difference().is_some());
 }

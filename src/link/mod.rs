@@ -81,7 +81,8 @@ pub enum Command {
         /// The samples, all finite.
         samples: Vec<f32, CHUNK_LEN>,
     },
-    /// Records one sample in this many, numbered from 0; zero ends the recording.
+    /// Records one sample in this many, numbered from 0, and again from 0 at every
+    /// [`Command::Start`]; zero ends the recording.
     Record {
         /// Distance between two recorded samples.
         every: u32,
@@ -172,7 +173,8 @@ pub enum Message {
     },
     /// Recorded samples, unasked.
     Recorded {
-        /// Number of the first one; a distance to the last of the frame before is what was dropped.
+        /// Number of the first one; a distance to the last of the frame before is what was dropped,
+        /// and 0 begins a recording.
         first: u32,
         /// Neighbouring samples.
         codes: Vec<Codes, RECORDED_LEN>,

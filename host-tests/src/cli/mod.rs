@@ -3,6 +3,8 @@
 mod compensate;
 mod experiment;
 mod identify;
+mod link;
+mod pil;
 mod progress;
 mod simulate;
 
@@ -30,6 +32,8 @@ Examples:
   hysteron compensate --model out/stage/model.toml --reference scan.csv --out drive.csv
   hysteron simulate --model p753 --input drive.csv --out displacement.csv
   hysteron experiment j --out out/j
+  hysteron link --port /dev/ttyUSB0 record --out measured --excitation sine --amplitude 5
+  hysteron pil --out out/pil
 
 Exit codes: 0 done, 2 bad input or a file that cannot be read or written, 130 interrupted.";
 
@@ -43,6 +47,10 @@ enum Command {
     Compensate(compensate::Arguments),
     /// Reproduce a paper's experiments: a JSON file and a page.
     Experiment(experiment::Arguments),
+    /// Talk to the firmware over a serial device or a socket.
+    Link(link::Arguments),
+    /// Run the firmware in an emulator: pil.json and a page.
+    Pil(pil::Arguments),
 }
 
 /// Parses the command line and does what it says.
@@ -55,5 +63,7 @@ pub fn run() -> Result<(), Error> {
         Some(Command::Simulate(arguments)) => simulate::run(&arguments),
         Some(Command::Compensate(arguments)) => compensate::run(&arguments),
         Some(Command::Experiment(arguments)) => experiment::run(&arguments),
+        Some(Command::Link(arguments)) => link::run(&arguments),
+        Some(Command::Pil(arguments)) => pil::run(&arguments),
     }
 }

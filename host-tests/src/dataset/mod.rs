@@ -7,6 +7,7 @@ mod description;
 mod folder;
 mod lone;
 mod record;
+mod write;
 
 use std::path::Path;
 
@@ -14,6 +15,7 @@ use serde::{Deserialize, Serialize};
 
 pub use crate::units::LengthUnit;
 pub use description::{schema, schema_text};
+pub use write::{NewRecord, add_record};
 
 use crate::error::{Error, Place};
 

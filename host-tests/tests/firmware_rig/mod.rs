@@ -65,6 +65,13 @@ pub fn sine(amplitude: f32, frequency_hz: f32) -> Waveform {
     }
 }
 
+/// The bytes of a command.
+pub fn frame(sequence: u16, command: Command) -> Vec<u8> {
+    let mut frame = [0; FRAME_LEN];
+    let len = encode(&Request { sequence, command }, &mut frame).unwrap();
+    frame[..len].to_vec()
+}
+
 pub struct Rig {
     pub control: Control<'static>,
     pub server: Server<'static>,
@@ -139,10 +146,7 @@ impl Rig {
     /// The bytes of a command.
     pub fn frame(&mut self, command: Command) -> Vec<u8> {
         self.sequence = self.sequence.wrapping_add(1);
-        let mut frame = [0; FRAME_LEN];
-        let sequence = self.sequence;
-        let len = encode(&Request { sequence, command }, &mut frame).unwrap();
-        frame[..len].to_vec()
+        frame(self.sequence, command)
     }
 
     pub fn feed(&mut self, bytes: &[u8]) -> Vec<Message> {

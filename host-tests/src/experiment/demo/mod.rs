@@ -176,8 +176,8 @@ pub fn drive(found: Identification) -> Result<Demonstration, Error> {
     let tone = sine(&grid, TRAVEL_UM, 50.0, 0.0).map_err(refused)?;
     let scan = raster(SAMPLE_TIME_S, 2.0 * TRAVEL_UM, 1.0, 6, 10.0).map_err(refused)?;
     let references = [
-        ("raster, 10 lines a second", scan.fast, -TRAVEL_UM, 10.0),
-        ("sine, 50 Hz", tone, 0.0, 50.0),
+        ("raster of 10 lines a second", scan.fast, -TRAVEL_UM, 10.0),
+        ("sine of 50 Hz", tone, 0.0, 50.0),
     ];
     let tracking = references
         .into_iter()

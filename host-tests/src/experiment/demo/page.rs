@@ -1,9 +1,7 @@
 //! The page of the demonstration.
 
 use crate::dataset::Role;
-use crate::report::{
-    Axis, Cell, KeyFigure, Page, Plot, Section, Series, Style, Tone, format_number,
-};
+use crate::report::{Axis, Cell, KeyFigure, Page, Plot, Section, Series, Style, Tone};
 
 use super::{Demonstration, Tracking};
 
@@ -30,12 +28,15 @@ pub fn page(demonstration: &Demonstration) -> Page {
              part of the errors.",
         );
         for tracking in &demonstration.tracking {
-            tracks(section, tracking);
+            section.plot(against_reference(tracking));
+        }
+        for tracking in &demonstration.tracking {
+            section.plot(errors(tracking));
         }
     });
     page.section("What was identified", |section| {
         section.paragraph(format!(
-            "{} The multisine below was not used to fit or to choose anything.",
+            "{}. The multisine below was not used to fit or to choose anything.",
             found.describe_structure()
         ));
         report_record(section, demonstration);
@@ -74,7 +75,10 @@ fn verdict(demonstration: &Demonstration) -> (Tone, String) {
         .iter()
         .map(|tracking| {
             let [without, with] = tracking.largest_um;
-            format!("{}: {without:.1} to {with:.2} µm", tracking.name)
+            format!(
+                "from {without:.1} to {with:.2} µm along a {}",
+                tracking.name
+            )
         })
         .collect();
     let good = demonstration
@@ -82,8 +86,8 @@ fn verdict(demonstration: &Demonstration) -> (Tone, String) {
         .iter()
         .all(|tracking| tracking.largest_um[1] < GOOD * tracking.largest_um[0]);
     let text = format!(
-        "Compensation lowers the largest error ({}).",
-        parts.join("; ")
+        "Compensation lowers the largest error {}.",
+        parts.join(", and ")
     );
     (if good { Tone::Good } else { Tone::Neutral }, text)
 }
@@ -130,37 +134,43 @@ fn figures(demonstration: &Demonstration) -> Vec<KeyFigure> {
     figures
 }
 
-fn tracks(section: &mut Section, tracking: &Tracking) {
-    let over_time =
-        |label: &str, values: &[f64]| Series::new(label, Style::Line, &tracking.time_s, values);
-    let axis = || Axis::linear("Time", "s");
-    section.plot(
-        Plot::new(
-            format!("Displacement, {}", tracking.name),
-            axis(),
-            Axis::linear("Displacement", "um"),
+fn against_reference(tracking: &Tracking) -> Plot {
+    let settled = tracking.settled..;
+    let line = |label: &str, values: &[f64]| {
+        Series::new(
+            label,
+            Style::Line,
+            &tracking.reference_um[settled.clone()],
+            &values[settled.clone()],
         )
-        .series(over_time("reference", &tracking.reference_um))
-        .series(over_time("straight line", &tracking.without_um))
-        .series(over_time("compensated", &tracking.with_um)),
-    );
-    let error = |values: &[f64]| -> Vec<f64> {
-        tracking
+    };
+    Plot::new(
+        format!("Displacement against reference, {}", tracking.name),
+        Axis::linear("Reference", "um"),
+        Axis::linear("Displacement", "um"),
+    )
+    .square()
+    .series(line("straight line", &tracking.without_um))
+    .series(line("compensated", &tracking.with_um))
+}
+
+fn errors(tracking: &Tracking) -> Plot {
+    let line = |label: &str, values: &[f64]| {
+        let error: Vec<f64> = tracking
             .reference_um
             .iter()
             .zip(values)
             .map(|(wanted, y)| wanted - y)
-            .collect()
+            .collect();
+        Series::new(label, Style::Line, &tracking.time_s, &error)
     };
-    section.plot(
-        Plot::new(
-            format!("Error, {}", tracking.name),
-            axis(),
-            Axis::linear("Reference − displacement", "um"),
-        )
-        .series(over_time("straight line", &error(&tracking.without_um)))
-        .series(over_time("compensated", &error(&tracking.with_um))),
-    );
+    Plot::new(
+        format!("Error, {}", tracking.name),
+        Axis::linear("Time", "s"),
+        Axis::linear("Reference − displacement", "um"),
+    )
+    .series(line("straight line", &tracking.without_um))
+    .series(line("compensated", &tracking.with_um))
 }
 
 fn report_record(section: &mut Section, demonstration: &Demonstration) {
@@ -172,6 +182,11 @@ fn report_record(section: &mut Section, demonstration: &Demonstration) {
     else {
         return;
     };
+    let scored_s = record
+        .time_s
+        .first()
+        .map_or(0.0, |start| start + record.left_out_s);
+    let from = record.time_s.partition_point(|&t| t < scored_s);
     section.plot(
         Plot::new(
             format!("Loops, {} (report)", record.name),
@@ -182,14 +197,14 @@ fn report_record(section: &mut Section, demonstration: &Demonstration) {
         .series(Series::new(
             "measured",
             Style::Solid,
-            &record.drive_v,
-            &record.measured_um,
+            &record.drive_v[from..],
+            &record.measured_um[from..],
         ))
         .series(Series::new(
             "model",
             Style::Line,
-            &record.drive_v,
-            &record.model_um,
+            &record.drive_v[from..],
+            &record.model_um[from..],
         )),
     );
     let residual: Vec<f64> = record
@@ -208,16 +223,10 @@ fn report_record(section: &mut Section, demonstration: &Demonstration) {
         .series(Series::new(
             "residual",
             Style::Solid,
-            &record.time_s,
-            &residual,
+            &record.time_s[from..],
+            &residual[from..],
         )),
     );
-    let rms = demonstration.found.rms.report.map(format_number);
-    if let Some(rms) = rms {
-        section.paragraph(format!(
-            "The model leaves {rms} µm rms of this record unexplained."
-        ));
-    }
 }
 
 fn role(role: Role) -> &'static str {

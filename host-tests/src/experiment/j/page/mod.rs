@@ -8,10 +8,13 @@ mod model;
 use crate::report::{KeyFigure, Page, Tone, format_number};
 
 use super::published::{ERROR_WITH_UM, ERROR_WITHOUT_UM};
-use super::{Band, Plant, Results};
+use super::{Band, PerDrive, Plant, Results};
 
 /// What the hysteresis of the model may differ from the published one, in points of percent.
 const POINTS: f64 = 1.5;
+
+/// A drive's figure.
+type Of = fn(&PerDrive<f64>) -> f64;
 
 /// The page.
 pub fn page(results: &Results) -> Page {
@@ -97,76 +100,74 @@ fn band(results: &Results, plant: Plant) -> (usize, Band) {
 fn figures(results: &Results) -> Vec<KeyFigure> {
     let mut figures = Vec::new();
     for (i, percent) in results.percents.iter().enumerate() {
-        let hz = format_number(percent.frequency_hz);
-        for (key, what, value) in [
-            ("model", "model", percent.model),
-            (
-                "stage_lag_removed",
-                "simulated stage",
-                percent.stage_lag_removed,
-            ),
-        ] {
-            figures.push(
-                KeyFigure::new(
-                    format!("hysteresis_percent.{i}.{key}"),
-                    format!("Hysteresis at {hz} Hz, {what}"),
-                    value,
-                    "%",
-                )
-                .note(format!("published {} %", format_number(percent.published))),
-            );
-        }
+        figures.push(
+            KeyFigure::new(
+                format!("hysteresis_percent.{i}.model"),
+                format!(
+                    "Hysteresis of the model at {} Hz",
+                    format_number(percent.frequency_hz)
+                ),
+                percent.model,
+                "%",
+            )
+            .note(format!("published {}", percent.published)),
+        );
     }
-    let [without, with] = [ERROR_WITHOUT_UM, ERROR_WITH_UM]
-        .map(|[least, most]| format!("published {}", span(least, most)));
-    for plant in [Plant::StageLagRemoved, Plant::StageWrongLagRemovedMedian] {
+    let mut error = |plant, drive: &str, words: &str, of: Of, published: Option<[f64; 2]>| {
         let (i, band) = band(results, plant);
-        for (end, which, um) in [
-            ("least", "lowest", band.least),
-            ("most", "highest", band.most),
-        ] {
-            for (drive, words, value, note) in [
-                ("none", "no inverse", um.none, without.clone()),
-                (
-                    "rate_independent",
-                    "rate-independent inverse",
-                    um.rate_independent,
-                    String::new(),
-                ),
-                (
-                    "rate_dependent",
-                    "rate-dependent inverse",
-                    um.rate_dependent,
-                    with.clone(),
-                ),
-            ] {
-                figures.push(
-                    KeyFigure::new(
-                        format!("error_bands_um.{i}.{end}.{drive}"),
-                        format!(
-                            "Largest error, {which} over 0.05 to 100 Hz, {words}; {}",
-                            plant.describe()
-                        ),
-                        value,
-                        "um",
-                    )
-                    .note(note),
-                );
-            }
+        for (end, place, um) in [("least", "best", band.least), ("most", "worst", band.most)] {
+            let figure = KeyFigure::new(
+                format!("error_bands_um.{i}.{end}.{drive}"),
+                format!("{words}: largest error at the {place} frequency"),
+                of(&um),
+                "um",
+            );
+            figures.push(match published {
+                Some([least, most]) => {
+                    let value = if end == "least" { least } else { most };
+                    figure.note(format!("published {value:.1}"))
+                }
+                None => figure.note("not in the paper"),
+            });
         }
-    }
+    };
+    let stage = Plant::StageLagRemoved;
+    let wrong = Plant::StageWrongLagRemovedMedian;
+    let (without, with) = (Some(ERROR_WITHOUT_UM), Some(ERROR_WITH_UM));
+    error(stage, "none", "Stage, no inverse", |um| um.none, without);
+    error(
+        stage,
+        "rate_independent",
+        "Stage, rate-independent inverse",
+        |um| um.rate_independent,
+        None,
+    );
+    error(
+        stage,
+        "rate_dependent",
+        "Stage, rate-dependent inverse",
+        |um| um.rate_dependent,
+        with,
+    );
+    error(
+        wrong,
+        "rate_dependent",
+        "Stage 5 % off, rate-dependent inverse",
+        |um| um.rate_dependent,
+        with,
+    );
     for (i, example) in results.examples.iter().enumerate() {
         figures.push(
             KeyFigure::new(
                 format!("example_f.{i}.identity_error_um"),
                 format!(
-                    "Model after inverse, worked example at {} Hz, largest error",
+                    "Model after inverse, worked example at {} Hz",
                     format_number(example.fundamental_hz)
                 ),
                 example.identity_error_um,
                 "um",
             )
-            .note("exact but for rounding, when both see one rate"),
+            .note("largest error; both see one rate"),
         );
     }
     figures

@@ -2,7 +2,7 @@
 
 use crate::experiment::j::published::{LOOP_WEIGHTS, WEIGHTS};
 use crate::experiment::j::{Identified, Results};
-use crate::report::{Cell, Section, format_number};
+use crate::report::{Cell, Section};
 
 /// Model and inverse, and what contradicts what.
 pub fn constants(section: &mut Section, results: &Results) {
@@ -32,10 +32,9 @@ pub fn constants(section: &mut Section, results: &Results) {
     section.paragraph(
         "With zeta = 9.715 V and beta = 8.572×10⁻⁴ s, which are as printed, the inverse is:",
     );
-    let mark = |value: f64, agrees: bool| -> Cell {
-        let number = format_number(value);
+    let mark = |unit: &str, value: f64, agrees: bool| -> Cell {
         let word = if agrees { "agrees" } else { "contradicts" };
-        format!("{number} ({word})").into()
+        format!("{} ({word})", digits(unit, value)).into()
     };
     section.table(
         [
@@ -49,9 +48,9 @@ pub fn constants(section: &mut Section, results: &Results) {
             vec![
                 one.constant.into(),
                 one.unit.replace("um", "µm").into(),
-                one.published.into(),
-                mark(one.from_printed, one.printed_agrees),
-                mark(one.from_corrected, one.corrected_agrees),
+                digits(one.unit, one.published).into(),
+                mark(one.unit, one.from_printed, one.printed_agrees),
+                mark(one.unit, one.from_corrected, one.corrected_agrees),
             ]
         }),
     );
@@ -67,6 +66,15 @@ pub fn constants(section: &mut Section, results: &Results) {
             ]
         }),
     );
+}
+
+/// An inverse constant with about the digits that the paper prints.
+fn digits(unit: &str, value: f64) -> String {
+    match unit {
+        "V/um" => format!("{value:.4}").replace('-', "−"),
+        "um" => format!("{value:.4}"),
+        _ => format!("{:.4}×10⁻⁴", value * 1e4),
+    }
 }
 
 /// What the authors' fit finds on our stages.
@@ -100,7 +108,12 @@ pub fn identification(section: &mut Section, results: &Results) {
             one.record_weights[i]
         });
     }
-    row("Residual, rms (µm)".into(), f64::NAN, &|one| one.rms_um);
+    rows.push(vec![
+        "Residual, rms (µm)".into(),
+        "–".into(),
+        found.from_model.rms_um.into(),
+        found.from_stage.rms_um.into(),
+    ]);
     section.table(
         [
             "Constant",

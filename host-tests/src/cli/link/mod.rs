@@ -1,0 +1,76 @@
+//! `hysteron link`.
+
+mod bench;
+mod motion;
+mod watch;
+mod waveform;
+
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand};
+
+use hysteron::link::Command;
+use hysteron_host::error::Error;
+use hysteron_host::link::{self, Client};
+
+/// Talk to the firmware: settings, model, references, recordings.
+///
+/// Ctrl-C while something is played or recorded tells the output to stop and leaves no half file.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// A serial device, tcp:HOST:PORT or unix:PATH.
+    #[arg(long, value_name = "P")]
+    port: String,
+    #[command(subcommand)]
+    action: Action,
+}
+
+#[derive(Debug, Subcommand)]
+enum Action {
+    /// Who is there, and how it fares.
+    Info,
+    /// Print the settings as TOML, or set those that a file names.
+    Settings {
+        /// A TOML file with all of the settings or some of them; the output must be off and at rest.
+        #[arg(long, value_name = "SETTINGS.toml")]
+        set: Option<PathBuf>,
+    },
+    /// Put a model into the target; it takes over without a jump.
+    Upload {
+        /// A model.toml, or a built-in model: p753, p753-printed, example-f.
+        model: String,
+    },
+    /// Play a reference that the target computes itself.
+    Start(motion::Start),
+    /// The output ramps to rest.
+    Stop,
+    /// The output stands still.
+    Hold,
+    /// Leave a fault.
+    Clear,
+    /// Play an excitation, record drive and displacement into a data set for `hysteron identify`.
+    Record(motion::Record),
+    /// Play a reference from a CSV, through the compensator.
+    Stream(motion::Stream),
+    /// Print how the target fares, until Ctrl-C.
+    Watch(watch::Watch),
+}
+
+/// Connects and does what is asked.
+pub fn run(arguments: &Arguments) -> Result<(), Error> {
+    let mut port = link::open(&arguments.port)?;
+    let (mut client, identity) = Client::connect(port.as_mut())?;
+    let client = &mut client;
+    match &arguments.action {
+        Action::Info => bench::info(client, &identity),
+        Action::Settings { set } => bench::settings(client, set.as_deref()),
+        Action::Upload { model } => bench::upload(client, model),
+        Action::Start(start) => start.run(client),
+        Action::Stop => client.stop(),
+        Action::Hold => client.tell(Command::Hold),
+        Action::Clear => client.tell(Command::Clear),
+        Action::Record(record) => record.run(client),
+        Action::Stream(stream) => stream.run(client),
+        Action::Watch(watch) => watch.run(client),
+    }
+}

@@ -1,0 +1,23 @@
+//! Processor in the loop: the firmware itself in an emulator, the simulated stage around it.
+//!
+//! A [`Target`] answers samples and link bytes: the firmware in QEMU ([`Emulator`]), the same core
+//! code on the host ([`Replica`]), or both with every answer compared ([`Pair`]). A [`Bench`] puts a
+//! simulated stage between the target's converter and its sensor, and is a port for the link.
+//! [`experiment`] is what `hysteron pil` runs.
+
+mod bench;
+mod emulator;
+pub mod experiment;
+mod firmware;
+mod page;
+mod replica;
+mod serve;
+mod target;
+
+pub use bench::{Bench, Hardware};
+pub use emulator::Emulator;
+pub use firmware::{Sizes, build, sizes};
+pub use page::page;
+pub use replica::{Pair, Replica};
+pub use serve::{Listener, serve};
+pub use target::{Target, Ticked};

@@ -233,9 +233,21 @@ impl<T: Real, const N: usize> PlayState<T, N> {
     /// `bank` is the one that the state was started from; the envelope is finite.
     #[inline(always)]
     pub fn step(&mut self, bank: &PlayBank<T, N>, envelope: Envelope<T>) -> T {
+        self.step_onto(bank, envelope, -T::ZERO)
+    }
+
+    /// `direct` plus what [`PlayState::step`] returns.
+    #[inline(always)]
+    pub(crate) fn step_onto(
+        &mut self,
+        bank: &PlayBank<T, N>,
+        envelope: Envelope<T>,
+        direct: T,
+    ) -> T {
         match self {
-            Self::Plain(state) => state.step(bank, envelope),
-            Self::Stack(state) => state.step(bank, envelope),
+            Self::Plain(state) => state.step_onto(bank, envelope, direct),
+            Self::Stack(state) if N < STACK_FROM => state.step_apart(bank, envelope, direct),
+            Self::Stack(state) => state.step_onto(bank, envelope, direct),
         }
     }
 

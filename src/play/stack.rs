@@ -142,25 +142,47 @@ impl<T: Real, const N: usize> StackState<T, N> {
     /// Moves the plays to the envelope of the next sample and returns `sum w_i z_i`.
     #[inline(always)]
     pub fn step(&mut self, bank: &PlayBank<T, N>, envelope: Envelope<T>) -> T {
+        self.step_onto(bank, envelope, -T::ZERO)
+    }
+
+    /// `direct` plus what [`StackState::step`] returns.
+    #[inline(always)]
+    pub(super) fn step_onto(
+        &mut self,
+        bank: &PlayBank<T, N>,
+        envelope: Envelope<T>,
+        direct: T,
+    ) -> T {
         let Some(top) = self.segments.get(self.top) else {
-            return T::ZERO;
+            return direct;
         };
         // An envelope that does not capture the first play captures none, and with `lo <= hi` only
         // one of them can.
         let r = at(&bank.thresholds, 0);
         let z = top.output(r);
         if passes::<true, T>(envelope.lo, r, z) {
-            self.capture::<true>(bank, envelope.lo)
+            self.capture::<true>(bank, envelope.lo, direct)
         } else if passes::<false, T>(envelope.hi, r, z) {
-            self.capture::<false>(bank, envelope.hi)
+            self.capture::<false>(bank, envelope.hi, direct)
         } else {
-            top.total()
+            direct + top.total()
         }
+    }
+
+    /// As [`StackState::step_onto`], where it is the exception.
+    #[inline(never)]
+    pub(super) fn step_apart(
+        &mut self,
+        bank: &PlayBank<T, N>,
+        envelope: Envelope<T>,
+        direct: T,
+    ) -> T {
+        self.step_onto(bank, envelope, direct)
     }
 
     /// Lets an envelope that passes the first play capture it and all others that it passes.
     #[inline(always)]
-    fn capture<const RISING: bool>(&mut self, bank: &PlayBank<T, N>, front: T) -> T {
+    fn capture<const RISING: bool>(&mut self, bank: &PlayBank<T, N>, front: T, direct: T) -> T {
         let mut first = 0;
         // A segment ends when the play beyond it is captured, too.
         while let Some(top) = self.segments.get(self.top)
@@ -173,18 +195,24 @@ impl<T: Real, const N: usize> StackState<T, N> {
             // In most samples the top segment just moves on.
             Some(top) if follows::<RISING, T>(top.sign) => {
                 top.front = front;
-                top.total()
+                direct + top.total()
             }
-            _ => self.turn::<RISING>(bank, front, first),
+            _ => self.turn::<RISING>(bank, front, first, direct),
         }
     }
 
     /// Lets an envelope capture the `first` play and others of the top segment, which followed another
     /// one, but none beyond.
     #[inline(always)]
-    fn turn<const RISING: bool>(&mut self, bank: &PlayBank<T, N>, front: T, first: usize) -> T {
+    fn turn<const RISING: bool>(
+        &mut self,
+        bank: &PlayBank<T, N>,
+        front: T,
+        first: usize,
+        direct: T,
+    ) -> T {
         let Some(&old) = self.segments.get(self.top) else {
-            return T::ZERO;
+            return direct;
         };
         let captured = |r: T| passes::<RISING, T>(front, r, old.output(r));
         let last = last_captured(&bank.thresholds, first, old.last, captured);
@@ -207,7 +235,7 @@ impl<T: Real, const N: usize> StackState<T, N> {
         if let Some(top) = self.segments.get_mut(self.top) {
             *top = new;
         }
-        new.total()
+        direct + new.total()
     }
 
     /// Output of each play; entries beyond the bank's length are zero.

@@ -88,8 +88,9 @@ pub enum Order<'a> {
     /// A new setup. The output goes on from where it stands; only with the driver disabled does it
     /// move to the new rest at once.
     Adopt(&'a mut Setup),
-    /// Plays a reference, for `left` samples or, with `None`, until told otherwise; then holds. A
-    /// recording that runs numbers its samples from here.
+    /// Plays a reference, for `left` samples or, with `None`, until told otherwise; then holds. It
+    /// begins in the sample after that of the order, and a recording that runs numbers its samples
+    /// from there.
     Start {
         /// The reference at its first sample.
         reference: Reference,

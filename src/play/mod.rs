@@ -64,11 +64,10 @@ pub fn play<T: Real>(z: T, envelope: Envelope<T>, r: T) -> T {
 /// Number of plays from which [`PlayState`] takes the stack form.
 ///
 /// One number for host and target: the forms are equal to rounding only, and the two must agree bit
-/// for bit. From 20 plays on the stack is the faster on the host in the mean of a smooth input, and
-/// on a Cortex-M4F, by instructions, in the mean and in the worst sample of a smooth input and of
-/// white noise alike. A sample that merges a segment for each play still costs more than the plain
-/// form's, up to 1.7 times. Below 20, constant time is worth more than a lower mean. Figures:
-/// `docs/performance.md`.
+/// for bit. From 8 plays on the stack is the faster in the mean of a smooth input, on the host and, by
+/// instructions, on a Cortex-M4F, there for white noise, too. A sample that merges a segment for each
+/// play costs up to 1.5 times what the plain form does. Below 8, constant time is worth more than a
+/// lower mean. Figures: `docs/performance.md`.
 pub const STACK_FROM: usize = 8;
 
 /// Thresholds and weights of up to `N` plays: `sum w_i z_i` for an envelope.

@@ -9,9 +9,9 @@
 //! two laws here:
 //!
 //! - [`Law::Printed`] takes the plays where the drive before left them. That hides a delay of one
-//!   sample: as long as all plays slide the law is the iteration
-//!   `2A u[k] = y - S u[k-1]`, `S` the sum of the plays' slopes, which runs away where `|S| > |2A|`
-//!   and is then held by the range of the drive alone.
+//!   sample: with plays of slopes `S` together sliding, the law is the iteration
+//!   `2A u[k] = y - S u[k-1]`. It lags while `|S| < |2A|`; beyond, the drive jumps to and fro from
+//!   sample to sample, as far as the gaps of the plays and the range of the drive let it.
 //! - [`Law::Exact`] solves `2A u + H(u) = y` within the sample, with the rate of the envelopes held.
 //!   With the plane collapsed ([`LinearPlane`]) the left side is made of straight pieces: the plays
 //!   in order of their thresholds, each one beyond its corner adding its slope. It is monotone when

@@ -26,6 +26,8 @@
 //! is defined, and the simulation is given the drive that was so held. So whatever the coefficients,
 //! no drive and no state is infinite or NaN.
 
+use serde::{Deserialize, Serialize};
+
 use crate::error::{Field, ParameterError, SampleError};
 use crate::hysteresis::modified_play::{self, LinearPlane, ModifiedPlay, Plane};
 use crate::math::{Real, max, min};
@@ -35,7 +37,7 @@ use crate::math::{Real, max, min};
 pub const SMALLEST_SLOPE: f64 = 1e-6;
 
 /// How `u[k]` is found.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Law {
     /// Plays one sample late.
     Printed,
@@ -59,7 +61,7 @@ pub struct State<T, const N: usize> {
     model: modified_play::State<T, N>,
     /// `H` after the last sample.
     memory: T,
-    /// Rate of the drive there, in V/s.
+    /// Rate of the drive there, in V/s, or the one that was given for it.
     rate: T,
 }
 
@@ -125,11 +127,26 @@ impl<T: Real, const N: usize, P: Plane<T, N>> Dim<T, N, P> {
         self.drive(state, reference, Some(rate))
     }
 
-    /// Lets the harmonic terms begin anew with the next sample, at the angle zero, and the drive from
-    /// rest: where a new motion begins.
-    pub fn restart(&self, state: &mut State<T, N>) {
+    /// As [`Dim::step`], and `at_rest` as if drive and reference had stood there before: the rate is
+    /// taken as zero, so that a state that was left behind can be taken up again.
+    ///
+    /// # Errors
+    /// As [`Dim::step`].
+    #[inline(always)]
+    pub fn step_from(
+        &self,
+        state: &mut State<T, N>,
+        reference: T,
+        at_rest: bool,
+    ) -> Result<T, SampleError> {
+        self.drive(state, reference, at_rest.then_some(T::ZERO))
+    }
+
+    /// Lets the harmonic terms begin anew with the next sample, at the angle zero: where a new motion
+    /// begins.
+    #[inline(always)]
+    pub fn reset_angle(&self, state: &mut State<T, N>) {
         self.model.basis().reset_angle(&mut state.model);
-        state.rate = T::ZERO;
     }
 
     #[inline(always)]
@@ -152,13 +169,13 @@ impl<T: Real, const N: usize, P: Plane<T, N>> Dim<T, N, P> {
         let u_max = self.model.grid().u_max();
         let drive = max(min(drive, u_max), -u_max);
         let own = self.model.basis().backward_rate(&state.model, drive);
-        let rate = match (rate, self.law) {
+        let opening = match (rate, self.law) {
             (Some(rate), _) => rate,
             (None, Law::Printed) => own,
             (None, Law::Exact) => state.rate,
         };
-        (_, state.memory) = self.model.respond(&mut state.model, drive, rate, past);
-        state.rate = own;
+        (_, state.memory) = self.model.respond(&mut state.model, drive, opening, past);
+        state.rate = rate.unwrap_or(own);
         Ok(drive)
     }
 

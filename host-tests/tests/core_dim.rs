@@ -370,7 +370,7 @@ fn an_unstable_model_is_held_at_the_reference() {
 }
 
 #[test]
-fn a_restart_sets_the_angle_and_the_rate_to_rest() {
+fn a_new_motion_begins_at_the_angle_zero_and_at_rest() {
     let mut case = plays_only(0.4);
     case.terms.sine = [0.2, 0.0, 0.0];
     case.alpha = 1e-3;
@@ -379,12 +379,17 @@ fn a_restart_sets_the_angle_and_the_rate_to_rest() {
     for k in 0..123 {
         dim.step(&mut state, 0.1 * (k as f64 * 0.2).sin()).unwrap();
     }
-    dim.restart(&mut state);
+    dim.reset_angle(&mut state);
     let mut held = state;
-    let u = dim.step(&mut state, 0.1).unwrap();
+    let u = dim.step_from(&mut state, 0.1, true).unwrap();
     assert_eq!(dim.step_with_rate(&mut held, 0.1, 0.0), Ok(u));
     let phasor = state.model().phasor();
     assert!(phasor.sine.abs() < 1e-15 && (phasor.cosine - 1.0).abs() < 1e-15);
+    // The jump to the new motion is no rate for the sample after it.
+    assert_eq!(
+        dim.step_from(&mut state, 0.1, false),
+        dim.step_with_rate(&mut held, 0.1, 0.0)
+    );
 }
 
 #[test]

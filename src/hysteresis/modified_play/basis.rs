@@ -3,6 +3,8 @@
 //! What is needed to identify the model's coefficients, which enter linearly, and to compute its
 //! output once they are known.
 
+use serde::{Deserialize, Serialize};
+
 use super::Grid;
 use crate::error::{Field, ParameterError};
 use crate::math::{Real, max, min};
@@ -16,7 +18,7 @@ pub const OUTPUT_BOUND: f64 = 1e9;
 
 /// Which functions stand for the odd harmonics, with `u = u[k-1]` and the angle `2 pi f (k-1) h`: that
 /// of sample `k`, zero at the first one, `k = 1` (M 38).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Harmonics {
     /// `u`, `u^3`, `u^5`, each times the sine and the cosine, as printed (M 34). Under a sine of that
     /// frequency they hold even harmonics only: an odd one times an odd one.

@@ -10,8 +10,7 @@ use heapless::spsc::{Consumer, Producer};
 use serde::{Deserialize, Serialize};
 
 use crate::dac;
-use crate::hysteresis::State as PlayState;
-use crate::record::{ModelRecord, PLAYS, RecordError, TargetCompensator};
+use crate::record::{ModelRecord, RecordError, TargetCompensator};
 use crate::reference::{Reference, Stream};
 use crate::safety::{Cause, Limits, Safety, State};
 use crate::settings::Valid;
@@ -42,7 +41,7 @@ pub struct Setup {
     limits: Limits,
     dac: dac::Scale,
     miss_limit: u32,
-    compensator: Option<(TargetCompensator, PlayState<f32, PLAYS>)>,
+    compensator: Option<TargetCompensator>,
 }
 
 impl Setup {
@@ -65,15 +64,9 @@ impl Setup {
         settings: &Valid,
         model: Option<&ModelRecord>,
     ) -> Result<(), RecordError> {
-        let compensator = match model {
-            Some(record) => {
-                let compensator = record.build(settings.sample_time)?.compensator()?;
-                // The first step takes the plays from zero to its sample, see `Control::target`.
-                let state = compensator.hysteresis().start(0.0);
-                Some((compensator, state))
-            }
-            None => None,
-        };
+        let compensator = model
+            .map(|record| record.compensator(settings.sample_time))
+            .transpose()?;
         *self = Self {
             compensator,
             ..Self::new(settings)
@@ -245,9 +238,9 @@ impl<'a> Control<'a> {
         self.shared.count_played();
         match (self.path, &mut self.setup.compensator) {
             (Path::Direct, _) => Some(reference),
-            (Path::Compensated, Some((compensator, plays))) => {
+            (Path::Compensated, Some(compensator)) => {
                 // The rate of a sample that starts a new motion is unknown and taken as zero.
-                let drive = compensator.step_from(plays, reference, self.safety.joins());
+                let drive = compensator.step_from(reference, self.safety.joins());
                 // The safety turns what is not finite into a fault.
                 Some(drive.unwrap_or(f32::NAN))
             }
@@ -287,6 +280,9 @@ impl<'a> Control<'a> {
                 // A recording begins anew, so that its sample 0 is that of the reference: the next one.
                 (self.record_wait, self.record_index) = (1, 0);
                 self.safety.run();
+                if let Some(compensator) = &mut self.setup.compensator {
+                    compensator.begin();
+                }
                 self.begins = true;
             }
             Order::Hold => self.safety.hold(),

@@ -8,9 +8,13 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 use crate::compensator::Compensator;
+use crate::dim::{self, Dim, Law};
 use crate::effect::asymmetry::{Asymmetry, Side};
-use crate::error::ParameterError;
-use crate::hysteresis::Parameters;
+use crate::error::{ParameterError, SampleError};
+use crate::hysteresis::modified_play::{
+    BasisParameters, Harmonics, LinearPlane, ModifiedPlay, Terms,
+};
+use crate::hysteresis::{self, Parameters};
 use crate::model::Model;
 
 /// Plays that the target has room for.
@@ -24,15 +28,55 @@ pub const SLOPES: usize = DEAD_ZONES + 1;
 /// Stages that a record has room for.
 pub const STAGES: usize = 4;
 
-/// The model of the target.
-pub type TargetModel = Model<f32, PLAYS, DEAD_ZONES>;
-/// The compensator of the target.
-pub type TargetCompensator = Compensator<f32, PLAYS, DEAD_ZONES>;
+/// How far the sample time of a modified play model may be from that of the settings, over it.
+pub const SAMPLE_TIME_TOLERANCE: f32 = 1e-4;
+
+/// A compensator of the target and its state.
+#[derive(Clone, Debug)]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "there is no heap to put the larger one on"
+)]
+pub enum TargetCompensator {
+    /// Inverses of the stages in reverse order.
+    Inverse(
+        Compensator<f32, PLAYS, DEAD_ZONES>,
+        hysteresis::State<f32, PLAYS>,
+    ),
+    /// Direct inverse multiplication.
+    Dim(
+        Dim<f32, PLAYS, LinearPlane<f32, PLAYS>>,
+        dim::State<f32, PLAYS>,
+    ),
+}
+
+impl TargetCompensator {
+    /// Drive (V) for the next reference sample (um), `at_rest` as if the reference had stood there
+    /// before.
+    ///
+    /// # Errors
+    /// A reference that is turned away; the state is unchanged.
+    #[inline(always)]
+    pub fn step_from(&mut self, reference: f32, at_rest: bool) -> Result<f32, SampleError> {
+        match self {
+            Self::Inverse(compensator, state) => compensator.step_from(state, reference, at_rest),
+            Self::Dim(dim, state) => dim.step_from(state, reference, at_rest),
+        }
+    }
+
+    /// A reference begins with the next sample: so does the angle of harmonic terms.
+    #[inline(always)]
+    pub fn begin(&mut self) {
+        if let Self::Dim(dim, state) = self {
+            dim.reset_angle(state);
+        }
+    }
+}
 
 /// A model as an ordered list of stages.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ModelRecord {
-    /// `hysteresis`, then `asymmetry` and `output` where there are any.
+    /// `hysteresis`, then `asymmetry` and `output` where there are any; or `modified-play` alone.
     pub stages: Vec<Stage, STAGES>,
 }
 
@@ -66,6 +110,35 @@ pub enum Stage {
         /// Displacement at rest in um.
         offset_um: f32,
     },
+    /// The modified play model with all its terms: a whole model, drive to displacement.
+    ModifiedPlay {
+        /// Largest drive of the plane in V.
+        u_max_v: f32,
+        /// `2A` and the slopes of the plays `1..N-1`, in um/V.
+        slopes_um_per_v: Vec<f32, PLAYS>,
+        /// Offset of the plane in um.
+        offset_um: f32,
+        /// `alpha` in s.
+        alpha_s: f32,
+        /// `beta` in s.
+        beta_s: f32,
+        /// `g` in 1/V.
+        interleaving_per_v: f32,
+        /// `c_1..c_3`.
+        feedback: [f32; 3],
+        /// Frequency of the harmonic terms in Hz.
+        frequency_hz: f32,
+        /// Their form.
+        harmonics: Harmonics,
+        /// `A_11`, `A_31`, `A_51`.
+        sine: [f32; 3],
+        /// `A_12`, `A_32`, `A_52`.
+        cosine: [f32; 3],
+        /// Time between the samples that the model was identified with, in s.
+        sample_time_s: f32,
+        /// How it is inverted.
+        law: Law,
+    },
 }
 
 /// One side of the asymmetry map.
@@ -84,6 +157,8 @@ pub enum RecordError {
     Order(u8),
     /// A parameter is wrong.
     Parameter(ParameterError),
+    /// A modified play model was identified at another sample time than that of the settings.
+    SampleTime,
 }
 
 impl From<ParameterError> for RecordError {
@@ -93,11 +168,28 @@ impl From<ParameterError> for RecordError {
 }
 
 impl ModelRecord {
-    /// The model for samples that are `sample_time` seconds apart.
+    /// The compensator for samples that are `sample_time` seconds apart, at rest.
     ///
     /// # Errors
     /// See [`RecordError`].
-    pub fn build(&self, sample_time: f32) -> Result<TargetModel, RecordError> {
+    pub fn compensator(&self, sample_time: f32) -> Result<TargetCompensator, RecordError> {
+        match self.stages.split_first() {
+            Some((Stage::ModifiedPlay { .. }, [_, ..])) => Err(RecordError::Order(1)),
+            Some((stage @ Stage::ModifiedPlay { .. }, [])) => {
+                let dim = stage.dim(sample_time)?;
+                let state = dim.start();
+                Ok(TargetCompensator::Dim(dim, state))
+            }
+            _ => {
+                let compensator = self.model(sample_time)?.compensator()?;
+                // The first step takes the plays from zero to its sample.
+                let state = compensator.hysteresis().start(0.0);
+                Ok(TargetCompensator::Inverse(compensator, state))
+            }
+        }
+    }
+
+    fn model(&self, sample_time: f32) -> Result<Model<f32, PLAYS, DEAD_ZONES>, RecordError> {
         let mut stages = self.stages.iter().peekable();
         let Some(Stage::Hysteresis {
             thresholds_v,
@@ -138,6 +230,60 @@ impl ModelRecord {
             gain,
             offset,
         )?)
+    }
+}
+
+impl Stage {
+    /// The compensator of a modified play model.
+    fn dim(
+        &self,
+        sample_time: f32,
+    ) -> Result<Dim<f32, PLAYS, LinearPlane<f32, PLAYS>>, RecordError> {
+        let Self::ModifiedPlay {
+            u_max_v,
+            ref slopes_um_per_v,
+            offset_um,
+            alpha_s,
+            beta_s,
+            interleaving_per_v,
+            feedback,
+            frequency_hz,
+            harmonics,
+            sine,
+            cosine,
+            sample_time_s,
+            law,
+        } = *self
+        else {
+            return Err(RecordError::Order(0));
+        };
+        let apart = (sample_time_s - sample_time).abs();
+        // A NaN is no match either.
+        let matches = apart <= SAMPLE_TIME_TOLERANCE * sample_time;
+        if !matches {
+            return Err(RecordError::SampleTime);
+        }
+        let basis = BasisParameters {
+            u_max: u_max_v,
+            divisions: slopes_um_per_v.len(),
+            alpha: alpha_s,
+            beta: beta_s,
+            harmonics,
+            frequency: frequency_hz,
+        }
+        .build(sample_time)?;
+        let plane = LinearPlane::new(basis.grid(), slopes_um_per_v, offset_um)?;
+        let terms = Terms {
+            interleaving: interleaving_per_v,
+            feedback,
+            sine,
+            cosine,
+        };
+        let model = ModifiedPlay::new(&basis, plane, terms)?;
+        Ok(match law {
+            Law::Printed => Dim::printed(model)?,
+            Law::Exact => Dim::exact(model)?,
+        })
     }
 }
 

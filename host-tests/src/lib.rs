@@ -8,6 +8,7 @@ pub mod interrupt;
 pub mod link;
 pub mod metrics;
 pub mod model_file;
+pub mod modified_play;
 pub mod output;
 pub mod pil;
 pub mod plant;

@@ -6,6 +6,7 @@ use hysteron::hysteresis::Parameters;
 
 use crate::error::Error;
 use crate::model_file::{ModelFile, TwoSided};
+use crate::modified_play;
 
 /// Most plays a model of the host may have.
 pub const PLAYS: usize = 128;
@@ -20,8 +21,14 @@ pub type Compensator = hysteron::compensator::Compensator<f64, PLAYS, CORNERS>;
 /// The model for samples that are `sample_time_s` seconds apart.
 ///
 /// # Errors
-/// A parameter that the core refuses, named by its key.
+/// A parameter that the core refuses, named by its key; a modified play model, which has no stages.
 pub fn model(file: &ModelFile, sample_time_s: f64) -> Result<Model, Error> {
+    if file.modified_play().is_some() {
+        return Err(Error::request(format!(
+            "model \"{}\" is a modified play model; this needs one with a hysteresis stage",
+            file.name
+        )));
+    }
     build(file, sample_time_s).map_err(|refused| {
         Error::request(format!(
             "model \"{}\": {refused}; correct it in the model file",
@@ -40,6 +47,38 @@ pub fn compensator(file: &ModelFile, sample_time_s: f64) -> Result<Compensator, 
         .map_err(|refused| {
             Error::request(format!("model \"{}\" has no inverse: {refused}", file.name))
         })
+}
+
+/// The drive in volts for a reference in micrometres through a model file of any kind, from rest.
+///
+/// # Errors
+/// As [`compensator`] and [`modified_play::compensator`]; a reference that is not finite.
+pub fn drive(file: &ModelFile, sample_time_s: f64, reference: &[f64]) -> Result<Vec<f64>, Error> {
+    let refused = |refused: SampleError| Error::request(format!("the reference: {refused}"));
+    if file.modified_play().is_some() {
+        let dim = modified_play::compensator(file, sample_time_s)?;
+        let mut state = dim.start();
+        let drive = reference.iter().map(|&y| dim.step(&mut state, y));
+        return drive.collect::<Result<_, _>>().map_err(refused);
+    }
+    compensate(&compensator(file, sample_time_s)?, reference).map_err(refused)
+}
+
+/// The displacement in micrometres for a finite drive in volts by a model file of any kind, from rest.
+///
+/// # Errors
+/// As [`model`] and [`modified_play::model`].
+pub fn displacement(
+    file: &ModelFile,
+    sample_time_s: f64,
+    drive: &[f64],
+) -> Result<Vec<f64>, Error> {
+    if file.modified_play().is_some() {
+        let model = modified_play::model(file, sample_time_s)?;
+        let mut state = model.start();
+        return Ok(drive.iter().map(|&u| model.step(&mut state, u)).collect());
+    }
+    Ok(simulate(&model(file, sample_time_s)?, drive))
 }
 
 /// The drive in volts for a reference in micrometres, from plays at zero.

@@ -13,7 +13,8 @@ use hysteron_host::{model_file, stage};
 ///
 /// The drive is the voltage at the actuator. The rate is that of the reference: backward difference,
 /// zero at the first sample. Plays start at zero, or at the nearest admissible state when the first
-/// sample is not zero.
+/// sample is not zero. A modified play model is inverted by the law that it names, with the rate of the
+/// drive itself, and within its range.
 #[derive(Debug, Args)]
 pub struct Arguments {
     /// A model.toml, or a built-in model: p753, p753-printed, example-f.
@@ -32,7 +33,7 @@ pub struct Arguments {
 
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]
 enum Inverse {
-    /// The analytic inverse with the rate of the reference.
+    /// The analytic inverse with the rate of the reference; of a modified play model, DIM.
     #[default]
     Explicit,
     /// The analytic inverse with the rate term left out.
@@ -46,10 +47,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         file = file.rate_independent();
     }
     let reference = read(&arguments.reference, Quantity::Reference)?;
-    let compensator = stage::compensator(&file, reference.sample_time_s)?;
-    let drive = stage::compensate(&compensator, &reference.values).map_err(|refused| {
-        Error::request(format!("{}: {refused}", arguments.reference.display()))
-    })?;
+    let drive = stage::drive(&file, reference.sample_time_s, &reference.values)?;
     let mut out = AtomicFile::create(&arguments.out)?;
     out.write_columns(&[("time_s", &reference.time_s), ("drive_v", &drive)])?;
     out.commit()

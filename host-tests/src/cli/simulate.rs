@@ -12,7 +12,8 @@ use hysteron_host::{model_file, stage};
 /// Compute the displacement of a modelled stage.
 ///
 /// The rate is that of the drive itself: backward difference, zero at the first sample. Plays start
-/// at zero, or at the nearest admissible state when the first sample is not zero.
+/// at zero, or at the nearest admissible state when the first sample is not zero. A modified play model
+/// runs free: its feedback is of its own outputs.
 #[derive(Debug, Args)]
 pub struct Arguments {
     /// A model.toml, or a built-in model: p753, p753-printed, example-f.
@@ -30,8 +31,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<(), Error> {
     let file = model_file::resolve(&arguments.model)?;
     let drive = read(&arguments.input, Quantity::Drive)?;
-    let model = stage::model(&file, drive.sample_time_s)?;
-    let displacement = stage::simulate(&model, &drive.values);
+    let displacement = stage::displacement(&file, drive.sample_time_s, &drive.values)?;
     let mut out = AtomicFile::create(&arguments.out)?;
     out.write_columns(&[
         ("time_s", &drive.time_s),

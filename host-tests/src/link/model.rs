@@ -23,8 +23,7 @@ pub fn record(file: &ModelFile, settings: &Settings) -> Result<ModelRecord, Erro
             .map_err(|_| Error::request(format!("model \"{}\" has too many stages", file.name)))?;
     }
     record
-        .build(1.0 / settings.sample_rate_hz)
-        .and_then(|model| Ok(model.compensator()?))
+        .compensator(1.0 / settings.sample_rate_hz)
         .map_err(|error| Error::request(refusal::model(error)))?;
     Ok(record)
 }
@@ -67,6 +66,26 @@ fn convert(stage: &model_file::Stage) -> Result<Stage, String> {
         model_file::Stage::Output(output) => Stage::Output {
             gain_um_per_v: output.gain_um_per_v as f32,
             offset_um: output.offset_um as f32,
+        },
+        model_file::Stage::ModifiedPlay(model) => Stage::ModifiedPlay {
+            u_max_v: model.u_max_v as f32,
+            slopes_um_per_v: numbers(&model.slopes_um_per_v).ok_or_else(|| {
+                format!(
+                    "has {} slopes and the target room for {PLAYS}; identify it with fewer",
+                    model.slopes_um_per_v.len()
+                )
+            })?,
+            offset_um: model.offset_um as f32,
+            alpha_s: model.alpha_s as f32,
+            beta_s: model.beta_s as f32,
+            interleaving_per_v: model.interleaving_per_v as f32,
+            feedback: model.feedback.map(|c| c as f32),
+            frequency_hz: model.frequency_hz as f32,
+            harmonics: model.harmonics.into(),
+            sine: model.sine.map(|a| a as f32),
+            cosine: model.cosine.map(|a| a as f32),
+            sample_time_s: model.sample_time_s as f32,
+            law: model.law.into(),
         },
     })
 }

@@ -63,8 +63,13 @@ pub(super) fn model(error: RecordError) -> String {
     match error {
         RecordError::Order(index) => format!(
             "stage {index} of the model is missing or out of place; the order is hysteresis, \
-             asymmetry, output"
+             asymmetry, output, or modified-play alone"
         ),
+        RecordError::SampleTime => {
+            "the model holds at another sample rate than that of the settings; set sample_rate_hz to \
+             one over its sample_time_s"
+                .to_owned()
+        }
         RecordError::Parameter(error) => {
             format!("the model has no compensator in single precision: {error}; identify it anew")
         }

@@ -5,6 +5,7 @@
 //! core when the model is built.
 
 mod builtin;
+mod modified_play;
 mod parse;
 mod write;
 
@@ -12,6 +13,7 @@ use schemars::{JsonSchema, Schema};
 use serde::{Deserialize, Serialize};
 
 pub use builtin::{BUILTIN_NAMES, builtin, resolve};
+pub use modified_play::{Harmonics, Law, ModifiedPlay};
 pub use parse::{load, parse};
 
 /// The version of the format that this program writes, and the newest that it reads.
@@ -32,7 +34,7 @@ pub struct ModelFile {
     /// Units of everything in the file.
     pub units: Units,
     /// Stages in the order of the signal, drive to displacement: `hysteresis`, then `asymmetry`, then
-    /// `output`, the last two where there are any.
+    /// `output`, the last two where there are any; or `modified-play` alone.
     #[serde(rename = "stage")]
     #[schemars(length(min = 1))]
     pub stages: Vec<Stage>,
@@ -104,6 +106,8 @@ pub enum Stage {
     Asymmetry(Asymmetry),
     /// Gain and offset from the normalised displacement to micrometres.
     Output(Output),
+    /// The modified play model, alone.
+    ModifiedPlay(ModifiedPlay),
 }
 
 /// Rate-dependent Prandtl-Ishlinskii operator: w = a_0 u + sum a_i z_i, where z_i is a play of u with
@@ -160,6 +164,7 @@ impl Stage {
             Self::Hysteresis(_) => "hysteresis",
             Self::Asymmetry(_) => "asymmetry",
             Self::Output(_) => "output",
+            Self::ModifiedPlay(_) => "modified-play",
         }
     }
 }
@@ -176,7 +181,15 @@ impl ModelFile {
         }
     }
 
-    /// The hysteresis stage; every model that was parsed has one.
+    /// The modified play model, where the file holds one: then it is the only stage.
+    pub fn modified_play(&self) -> Option<&ModifiedPlay> {
+        self.stages.iter().find_map(|stage| match stage {
+            Stage::ModifiedPlay(model) => Some(model),
+            _ => None,
+        })
+    }
+
+    /// The hysteresis stage; every model that was parsed has one, or else is a modified play model.
     pub fn hysteresis(&self) -> Option<&Hysteresis> {
         self.stages.iter().find_map(|stage| match stage {
             Stage::Hysteresis(hysteresis) => Some(hysteresis),
@@ -192,11 +205,13 @@ impl ModelFile {
         })
     }
 
-    /// The same model without its rate term, beta = 0.
+    /// The same model without its rate terms: beta = 0, and alpha = 0 where there is one.
     pub fn rate_independent(mut self) -> Self {
         for stage in &mut self.stages {
-            if let Stage::Hysteresis(hysteresis) = stage {
-                hysteresis.beta_s = 0.0;
+            match stage {
+                Stage::Hysteresis(hysteresis) => hysteresis.beta_s = 0.0,
+                Stage::ModifiedPlay(model) => (model.alpha_s, model.beta_s) = (0.0, 0.0),
+                Stage::Asymmetry(_) | Stage::Output(_) => {}
             }
         }
         self

@@ -12,6 +12,8 @@ use crate::toml_text::{Step, Steps, TomlText, read_text};
 
 /// Stage names in the order in which they may stand.
 const ORDER: [&str; 3] = ["hysteresis", "asymmetry", "output"];
+/// The name of the stage that stands alone.
+const ALONE: &str = "modified-play";
 
 /// Everything but the stages.
 #[derive(Deserialize)]
@@ -128,7 +130,7 @@ fn read_stage<'a>(stage: Spanned<DeValue<'a>>, toml: &TomlText<'a>) -> Result<St
             .at(span.start)
             .error("a stage is not a table; write it as [[stage]]"));
     };
-    let known = ORDER.join(", ");
+    let known = format!("{}, {ALONE}", ORDER.join(", "));
     let Some(name) = table.remove("name") else {
         let problem = format!("the stage has no name; give it one of {known}");
         return Err(toml.at(span.start).error(problem));
@@ -139,6 +141,7 @@ fn read_stage<'a>(stage: Spanned<DeValue<'a>>, toml: &TomlText<'a>) -> Result<St
         Some("hysteresis") => toml.typed(body).map(Stage::Hysteresis),
         Some("asymmetry") => toml.typed(body).map(Stage::Asymmetry),
         Some("output") => toml.typed(body).map(Stage::Output),
+        Some(ALONE) => toml.typed(body).map(Stage::ModifiedPlay),
         Some(other) => Err(place.error(format!(
             "there is no stage {}; the stages are {known}",
             quoted(other)
@@ -151,6 +154,13 @@ fn read_stage<'a>(stage: Spanned<DeValue<'a>>, toml: &TomlText<'a>) -> Result<St
 
 fn check_order(stages: &[Stage], toml: &TomlText<'_>) -> Result<(), Error> {
     let place = |index| toml.place_of(&[Step::Key("stage"), Step::Index(index)]);
+    if let (Some(index), [_, _, ..]) = (
+        stages.iter().position(|stage| stage.name() == ALONE),
+        stages,
+    ) {
+        let problem = format!("stage {ALONE} is a whole model; leave the other stages out");
+        return Err(place(index).error(problem));
+    }
     let rank = |stage: &Stage| ORDER.iter().position(|name| *name == stage.name());
     for (index, pair) in stages.windows(2).enumerate() {
         let (before, after) = (pair[0].name(), pair[1].name());
@@ -166,7 +176,7 @@ fn check_order(stages: &[Stage], toml: &TomlText<'_>) -> Result<(), Error> {
         }
     }
     match stages.first() {
-        Some(Stage::Hysteresis(_)) => Ok(()),
+        Some(Stage::Hysteresis(_) | Stage::ModifiedPlay(_)) => Ok(()),
         _ => Err(place(0).error("the first stage is not hysteresis; add it")),
     }
 }
@@ -207,6 +217,29 @@ fn check_stage(stage: &Stage) -> Result<(), Fault> {
         Stage::Output(output) => {
             check_number(&[Step::Key("gain_um_per_v")], output.gain_um_per_v)?;
             check_number(&[Step::Key("offset_um")], output.offset_um)
+        }
+        Stage::ModifiedPlay(model) => {
+            let lists = [
+                ("slopes_um_per_v", &model.slopes_um_per_v[..]),
+                ("feedback", &model.feedback),
+                ("sine", &model.sine),
+                ("cosine", &model.cosine),
+            ];
+            for (key, numbers) in lists {
+                check_finite(&[Step::Key(key)], numbers)?;
+            }
+            let numbers = [
+                ("sample_time_s", model.sample_time_s),
+                ("u_max_v", model.u_max_v),
+                ("offset_um", model.offset_um),
+                ("alpha_s", model.alpha_s),
+                ("beta_s", model.beta_s),
+                ("interleaving_per_v", model.interleaving_per_v),
+                ("frequency_hz", model.frequency_hz),
+            ];
+            numbers
+                .into_iter()
+                .try_for_each(|(key, number)| check_number(&[Step::Key(key)], number))
         }
     }
 }

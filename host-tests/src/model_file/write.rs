@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::{ModelFile, Stage, TwoSided};
+use super::{Harmonics, Law, ModelFile, Stage, TwoSided};
 
 /// Numbers on one line of an array; longer arrays are broken.
 const NUMBERS_A_LINE: usize = 8;
@@ -33,6 +33,31 @@ impl ModelFile {
                     ("gain_um_per_v", number(output.gain_um_per_v)),
                     ("offset_um", number(output.offset_um)),
                 ],
+                Stage::ModifiedPlay(model) => {
+                    let harmonics = match model.harmonics {
+                        Harmonics::Printed => "printed",
+                        Harmonics::Corrected => "corrected",
+                    };
+                    let law = match model.law {
+                        Law::Printed => "printed",
+                        Law::Exact => "exact",
+                    };
+                    vec![
+                        ("sample_time_s", number(model.sample_time_s)),
+                        ("u_max_v", number(model.u_max_v)),
+                        ("slopes_um_per_v", array(&model.slopes_um_per_v)),
+                        ("offset_um", number(model.offset_um)),
+                        ("alpha_s", number(model.alpha_s)),
+                        ("beta_s", number(model.beta_s)),
+                        ("interleaving_per_v", number(model.interleaving_per_v)),
+                        ("feedback", array(&model.feedback)),
+                        ("frequency_hz", number(model.frequency_hz)),
+                        ("harmonics", format!("\"{harmonics}\"")),
+                        ("sine", array(&model.sine)),
+                        ("cosine", array(&model.cosine)),
+                        ("law", format!("\"{law}\"")),
+                    ]
+                }
             };
             // Writing to a String cannot fail.
             let _ = write!(text, "\n[[stage]]\nname = \"{}\"\n", stage.name());

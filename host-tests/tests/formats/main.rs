@@ -4,6 +4,7 @@ mod dataset_errors;
 mod dataset_lines;
 mod dataset_load;
 mod model_file;
+mod modified_play;
 mod output;
 mod schema_and_docs;
 mod signals;

@@ -1,14 +1,14 @@
 //! Model files: read, written, refused, built in.
 
 use hysteron_host::model_file::{
-    Asymmetry, BUILTIN_NAMES, Hysteresis, ModelFile, Output, Stage, TwoSided, builtin, load, parse,
-    resolve,
+    Asymmetry, BUILTIN_NAMES, Harmonics, Hysteresis, Law, ModelFile, ModifiedPlay, Output, Stage,
+    TwoSided, builtin, load, parse, resolve,
 };
 use proptest::prelude::*;
 
 use crate::support::Folder;
 
-const MODEL: &str = r#"format = "hysteron-model"
+pub const MODEL: &str = r#"format = "hysteron-model"
 version = 1
 name = "stage A"
 
@@ -147,17 +147,17 @@ fn refusals() {
         (
             "name = \"hysteresis\"\n",
             "",
-            "m.toml:10: the stage has no name; give it one of hysteresis, asymmetry, output",
+            "m.toml:10: the stage has no name; give it one of hysteresis, asymmetry, output, modified-play",
         ),
         (
             "\"hysteresis\"",
             "\"creep\"",
-            "m.toml:11: there is no stage \"creep\"; the stages are hysteresis, asymmetry, output",
+            "m.toml:11: there is no stage \"creep\"; the stages are hysteresis, asymmetry, output, modified-play",
         ),
         (
             "\"hysteresis\"",
             "3",
-            "m.toml:11: the stage's name is not a string; use one of hysteresis, asymmetry, output",
+            "m.toml:11: the stage's name is not a string; use one of hysteresis, asymmetry, output, modified-play",
         ),
         (
             "beta_s = 0.0008572",
@@ -332,7 +332,33 @@ prop_compose! {
 }
 
 prop_compose! {
-    fn any_model()(plays in 0_usize..30)(
+    fn any_modified_play()(slopes in 0_usize..20)(
+        name in any::<String>(),
+        slopes_um_per_v in numbers(slopes),
+        scalars in numbers(16),
+        corrected in any::<bool>(),
+        exact in any::<bool>(),
+    ) -> ModelFile {
+        ModelFile::new(name, vec![Stage::ModifiedPlay(ModifiedPlay {
+            sample_time_s: scalars[0],
+            u_max_v: scalars[1],
+            slopes_um_per_v,
+            offset_um: scalars[2],
+            alpha_s: scalars[3],
+            beta_s: scalars[4],
+            interleaving_per_v: scalars[5],
+            feedback: [scalars[6], scalars[7], scalars[8]],
+            frequency_hz: scalars[9],
+            harmonics: if corrected { Harmonics::Corrected } else { Harmonics::Printed },
+            sine: [scalars[10], scalars[11], scalars[12]],
+            cosine: [scalars[13], scalars[14], scalars[15]],
+            law: if exact { Law::Exact } else { Law::Printed },
+        })])
+    }
+}
+
+prop_compose! {
+    fn any_staged_model()(plays in 0_usize..30)(
         name in any::<String>(),
         thresholds_v in numbers(plays),
         weights in numbers(plays + 1),
@@ -349,6 +375,10 @@ prop_compose! {
         })));
         ModelFile::new(name, stages)
     }
+}
+
+fn any_model() -> impl Strategy<Value = ModelFile> {
+    prop_oneof![3 => any_staged_model(), 1 => any_modified_play()]
 }
 
 proptest! {

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use hysteron::dim::Law;
 use hysteron::link::{Command, Identity};
 use hysteron::record::{ModelRecord, Stage};
 use hysteron_host::error::Error;
@@ -82,6 +83,19 @@ fn describe(model: ModelRecord) -> String {
                 negative.thresholds.len()
             ),
             Stage::Output { gain_um_per_v, .. } => format!("gain {gain_um_per_v} um/V"),
+            Stage::ModifiedPlay {
+                slopes_um_per_v,
+                frequency_hz,
+                law,
+                ..
+            } => format!(
+                "modified play, N = {}, {frequency_hz} Hz, DIM {}",
+                slopes_um_per_v.len(),
+                match law {
+                    Law::Printed => "as printed",
+                    Law::Exact => "exact",
+                }
+            ),
         })
         .collect();
     stages.join(", ")

@@ -49,6 +49,26 @@ pub enum Field {
     Sine,
     /// Coefficients of the harmonic terms that go with the cosine.
     Cosine,
+    /// Time constant of a lag.
+    TimeConstant,
+    /// Transport delay.
+    Delay,
+    /// Coefficient of the quadratic map.
+    Quadratic,
+    /// Coefficient of the cubic map.
+    Cubic,
+    /// Natural frequency of a mechanical mode.
+    NaturalFrequency,
+    /// Damping ratio of a mechanical mode.
+    DampingRatio,
+    /// Creep for each decade of time.
+    CreepGain,
+    /// Shortest time constant of creep.
+    CreepShortest,
+    /// Longest time constant of creep.
+    CreepLongest,
+    /// Mechanical modes.
+    Modes,
     /// Forgetting factor of recursive least squares.
     Forgetting,
     /// Initial covariance of recursive least squares.
@@ -82,6 +102,16 @@ impl Field {
             Self::Frequency => "frequency_hz",
             Self::Sine => "sine",
             Self::Cosine => "cosine",
+            Self::TimeConstant => "tau_s",
+            Self::Delay => "delay_s",
+            Self::Quadratic => "q",
+            Self::Cubic => "c",
+            Self::NaturalFrequency => "f_n_hz",
+            Self::DampingRatio => "zeta",
+            Self::CreepGain => "gain_per_decade",
+            Self::CreepShortest => "tau_min_s",
+            Self::CreepLongest => "tau_max_s",
+            Self::Modes => "resonance",
             Self::Forgetting => "forgetting",
             Self::Covariance => "covariance",
             Self::TraceBound => "trace bound",
@@ -112,6 +142,8 @@ pub enum ParameterError {
     Negative(Field),
     /// The value lies above what it may be at most.
     TooLarge(Field),
+    /// The value is below what makes sense.
+    TooSmall(Field),
     /// The sum of the slopes up to this entry must have the sign of the first one and not nearly
     /// vanish beside them, or the map from input to output cannot be inverted.
     NotMonotone(Field, usize),
@@ -158,6 +190,7 @@ impl fmt::Display for ParameterError {
             ),
             Self::Negative(field) => write!(f, "{}: must not be below zero", field.key()),
             Self::TooLarge(field) => write!(f, "{}: too large", field.key()),
+            Self::TooSmall(field) => write!(f, "{}: too small", field.key()),
             Self::NotMonotone(field, index) => write!(
                 f,
                 "{}[{index}]: the sum up to this entry must have the sign of the first one and not \

@@ -11,9 +11,11 @@
 //! | [`play`] | the play operator with envelopes; a bank of them in a plain and in a stack form |
 //! | [`rate`] | the law that widens the envelopes with the rate of the input |
 //! | [`hysteresis`] | the rate-dependent Prandtl-Ishlinskii model and its analytic inverse; the modified play model |
-//! | [`effect`] | what a stage does besides hysteresis: the asymmetry map |
+//! | [`effect`] | what a stage does besides hysteresis: asymmetry, curvature, lag, delay, modes, creep |
 //! | [`model`] | a whole stage: hysteresis, asymmetry, gain and offset |
+//! | [`chain`] | the same with every effect around it |
 //! | [`compensator`] | the inverses of a model in reverse order: reference in, drive out |
+//! | [`cascade`] | the same for a chain: lags, modes and delays are undone ahead of time |
 //! | [`dim`] | direct inverse multiplication: the compensator of the modified play model |
 //! | [`rls`] | recursive least squares of fixed size, which identifies that model |
 //! | [`phasor`] | sine and cosine by rotation |
@@ -43,6 +45,8 @@
 #[cfg(all(target_os = "none", feature = "firmware"))]
 #[allow(unsafe_code, reason = "registers of the microcontroller")]
 pub mod board;
+pub mod cascade;
+pub mod chain;
 pub mod compensator;
 pub mod control;
 pub mod dac;

@@ -91,3 +91,23 @@ pub fn min<T: Real>(a: T, b: T) -> T {
 pub fn max<T: Real>(a: T, b: T) -> T {
     if a > b { a } else { b }
 }
+
+/// `e^x` for set-up: tens of thousands of cycles where double precision is software.
+pub(crate) fn exp(x: f64) -> f64 {
+    libm::exp(x)
+}
+
+/// `e^x - 1` for set-up.
+pub(crate) fn exp_m1(x: f64) -> f64 {
+    libm::expm1(x)
+}
+
+/// Square root for set-up.
+pub(crate) fn sqrt(x: f64) -> f64 {
+    libm::sqrt(x)
+}
+
+/// Sine and cosine of `x` for set-up.
+pub(crate) fn sin_cos(x: f64) -> (f64, f64) {
+    libm::sincos(x)
+}

@@ -72,11 +72,22 @@ impl<T: Real, const N: usize, const M: usize> Model<T, N, M> {
 
     #[inline(always)]
     fn shape(&self, w: T) -> T {
-        let shaped = match &self.asymmetry {
+        self.scale(self.map(w))
+    }
+
+    /// The asymmetry map, where there is one.
+    #[inline(always)]
+    pub(crate) fn map(&self, w: T) -> T {
+        match &self.asymmetry {
             Some(asymmetry) => asymmetry.step(w),
             None => w,
-        };
-        self.offset + self.gain * shaped
+        }
+    }
+
+    /// From volts to micrometres.
+    #[inline(always)]
+    pub(crate) fn scale(&self, w: T) -> T {
+        self.offset + self.gain * w
     }
 
     /// The compensator that inverts this model.
@@ -101,6 +112,21 @@ impl<T: Real, const N: usize, const M: usize> Model<T, N, M> {
             hysteresis: self.hysteresis.rate_independent(),
             ..*self
         }
+    }
+
+    /// The asymmetry map, where there is one.
+    pub fn asymmetry(&self) -> Option<&Asymmetry<T, M>> {
+        self.asymmetry.as_ref()
+    }
+
+    /// Gain in um/V.
+    pub fn gain(&self) -> T {
+        self.gain
+    }
+
+    /// Displacement at rest in um.
+    pub fn offset(&self) -> T {
+        self.offset
     }
 
     /// The hysteresis operator.

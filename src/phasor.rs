@@ -17,7 +17,7 @@
 //! away at low frequencies.
 
 use crate::error::{Field, ParameterError};
-use crate::math::Real;
+use crate::math::{Real, sin_cos};
 
 /// The turn of one sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -63,7 +63,7 @@ impl<T: Real> Rotation<T> {
         if !(0.0..=0.5).contains(&turns) {
             return Err(ParameterError::TooLarge(Field::Frequency));
         }
-        let (sine, cosine) = quarter_turn(core::f64::consts::PI * turns);
+        let (sine, cosine) = sin_cos(core::f64::consts::PI * turns);
         Ok(Self {
             sine: T::from_f64(2.0 * sine * cosine),
             versine: T::from_f64(2.0 * sine * sine),
@@ -89,18 +89,4 @@ impl<T: Real> Rotation<T> {
         phasor.sine = sine + (sine * along + cosine * across);
         phasor.cosine = cosine + (cosine * along - sine * across);
     }
-}
-
-/// Sine and cosine of `x` from zero to a quarter of a turn: Taylor's polynomials, whose first term
-/// left out is below 1e-17.
-fn quarter_turn(x: f64) -> (f64, f64) {
-    const TERMS: u32 = 12;
-    let square = x * x;
-    let (mut sine, mut cosine) = (1.0, 1.0);
-    for n in (1..TERMS).rev() {
-        let n = f64::from(2 * n);
-        sine = 1.0 - square / (n * (n + 1.0)) * sine;
-        cosine = 1.0 - square / (n * (n - 1.0)) * cosine;
-    }
-    (x * sine, cosine)
 }

@@ -1,3 +1,51 @@
 //! What a stage does besides hysteresis: one file an effect, forward and inverse.
+//!
+//! Each effect is built once from its parameters and the sample time and steps a state of its own.
+//! An inverse that needs the future of its signal is fed ahead of time and answers for a sample
+//! that it took in some samples before; its `LATENCY` says how many.
 
 pub mod asymmetry;
+pub mod creep;
+pub mod cubic;
+pub mod delay;
+pub mod derivative;
+pub mod lag;
+pub mod quadratic;
+pub mod resonance;
+
+use crate::error::{Field, ParameterError};
+use crate::math::Real;
+
+/// A time that is zero or more, in samples.
+fn in_samples<T: Real>(time: T, sample_time: T, field: Field) -> Result<f64, ParameterError> {
+    check_sample_time(sample_time)?;
+    let samples = time.to_f64() / sample_time.to_f64();
+    if !samples.is_finite() {
+        return Err(ParameterError::NotFinite(field, 0));
+    }
+    if samples < 0.0 {
+        return Err(ParameterError::Negative(field));
+    }
+    Ok(samples)
+}
+
+fn check_sample_time<T: Real>(sample_time: T) -> Result<(), ParameterError> {
+    if !sample_time.is_finite() {
+        return Err(ParameterError::NotFinite(Field::SampleTime, 0));
+    }
+    if sample_time <= T::ZERO {
+        return Err(ParameterError::NotPositive(Field::SampleTime));
+    }
+    Ok(())
+}
+
+/// Root of a monotone map that is near the identity: six steps of Newton's iteration from `y`.
+#[inline(always)]
+fn newton<T: Real>(y: T, map: impl Fn(T) -> (T, T)) -> T {
+    let mut w = y;
+    for _ in 0..6 {
+        let (value, slope) = map(w);
+        w = w - (value - y) / slope;
+    }
+    w
+}

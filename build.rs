@@ -17,6 +17,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo:rustc-link-search={}", out.display());
     println!("cargo:rustc-link-arg-bins=--nmagic");
     println!("cargo:rustc-link-arg-bins=-Tlink.x");
+    if env::var_os("CARGO_FEATURE_BENCH_BOARD").is_some() {
+        println!("cargo:rustc-link-arg-bin=cycles=-Tdefmt.x");
+    }
     if env::var_os("CARGO_FEATURE_BENCH").is_some() {
         compare_with_c(&out)?;
     }

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Prints the instructions of a compensator step, Rust beside C, on an emulated Cortex-M4F.
+# Prints the instructions of a compensator step, Rust beside C, on an emulated Cortex-M4F, and fails
+# beyond the limits of src/bin/bench.rs.
 # Needs qemu-system-arm and arm-none-eabi-gcc; see thumb-cargo.sh for the Rust compiler.
 set -euo pipefail
 

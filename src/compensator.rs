@@ -48,19 +48,26 @@ impl<T: Real, const N: usize, const M: usize> Compensator<T, N, M> {
     /// to the plays, is turned away; the state is unchanged.
     #[inline(always)]
     pub fn step(&self, state: &mut State<T, N>, reference: T) -> Result<T, SampleError> {
-        let w = self.unshape(reference)?;
-        Ok(self.hysteresis.step(state, w))
+        self.step_from(state, reference, false)
     }
 
-    /// Drive (V) for the next reference sample (um) as if the reference had stood there before: the
-    /// rate is taken as zero, so that a state that was left behind can be taken up again.
+    /// As [`Compensator::step`], and `at_rest` as if the reference had stood there before: the rate is
+    /// taken as zero, so that a state that was left behind can be taken up again.
     ///
     /// # Errors
     /// As [`Compensator::step`].
     #[inline(always)]
-    pub fn step_at_rest(&self, state: &mut State<T, N>, reference: T) -> Result<T, SampleError> {
+    pub fn step_from(
+        &self,
+        state: &mut State<T, N>,
+        reference: T,
+        at_rest: bool,
+    ) -> Result<T, SampleError> {
         let w = self.unshape(reference)?;
-        Ok(self.hysteresis.step_with_rate(state, w, T::ZERO))
+        if at_rest {
+            state.rest_at(w);
+        }
+        Ok(self.hysteresis.step(state, w))
     }
 
     #[inline(always)]

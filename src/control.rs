@@ -15,7 +15,7 @@ use crate::record::{ModelRecord, PLAYS, RecordError, TargetCompensator};
 use crate::reference::{Reference, Stream};
 use crate::safety::{Cause, Limits, Safety, State};
 use crate::settings::Valid;
-use crate::telemetry::{Codes, Events, Sample, Samples, Shared, Status};
+use crate::telemetry::{Codes, Sample, Samples, Shared};
 
 /// Orders that fit between link and interrupt, one less than this.
 pub const ORDERS_LEN: usize = 4;
@@ -88,8 +88,9 @@ pub enum Order<'a> {
     /// A new setup. The output goes on from where it stands; only with the driver disabled does it
     /// move to the new rest at once.
     Adopt(&'a mut Setup),
-    /// Plays a reference, for `left` samples or, with `None`, until told otherwise; then holds. A
-    /// recording that runs numbers its samples from here.
+    /// Plays a reference, for `left` samples or, with `None`, until told otherwise; then holds. It
+    /// begins in the sample after that of the order, and a recording that runs numbers its samples
+    /// from there.
     Start {
         /// The reference at its first sample.
         reference: Reference,
@@ -135,15 +136,12 @@ pub struct Control<'a> {
     path: Path,
     left: Option<u32>,
     to_drop: u32,
-    /// The next compensated sample starts a new motion: its rate is unknown and taken as zero.
-    fresh: bool,
-    ticks: u32,
-    played: u32,
+    /// A start or a swap of the setup was obeyed. It costs much, and so does the first sample after it:
+    /// the output stands still in the sample of the order, and the next one obeys none.
+    begins: bool,
     record_every: u32,
     record_wait: u32,
     record_index: u32,
-    status: Status,
-    events: Events,
     misses_since_start: u32,
 }
 
@@ -170,19 +168,10 @@ impl<'a> Control<'a> {
             path: Path::Direct,
             left: None,
             to_drop: 0,
-            fresh: true,
-            ticks: 0,
-            played: 0,
+            begins: false,
             record_every: 0,
             record_wait: 0,
             record_index: 0,
-            // What an empty `Shared` says.
-            status: Status {
-                state: State::Off,
-                cause: None,
-                driver_enabled: false,
-            },
-            events: Events::default(),
             misses_since_start: 0,
         }
     }
@@ -191,7 +180,9 @@ impl<'a> Control<'a> {
     /// it was still being computed when this one was due.
     #[inline(always)]
     pub fn tick(&mut self, sensor: u16, late: bool) -> Output {
-        if self.orders.ready() {
+        if self.begins {
+            self.begins = false;
+        } else if self.orders.ready() {
             self.obey();
         }
         if self.to_drop != 0 {
@@ -200,11 +191,10 @@ impl<'a> Control<'a> {
         if late {
             self.miss();
         }
-        let target = match self.safety.state() {
-            State::Run => self.target(),
-            _ => None,
-        };
-        let drive = self.safety.step(&self.setup.limits, target);
+        if !self.begins {
+            self.advance();
+        }
+        let drive = self.safety.output();
         let codes = Codes {
             drive: self.setup.dac.code(drive),
             sensor,
@@ -212,27 +202,27 @@ impl<'a> Control<'a> {
         if self.record_every != 0 {
             self.record(codes);
         }
-        self.ticks = self.ticks.wrapping_add(1);
         let driver_enabled = self.safety.driver_enabled(&self.setup.limits);
-        self.shared
-            .publish(self.ticks, codes, self.safety.limited(), self.played);
-        let status = Status {
-            state: self.safety.state(),
-            cause: self.safety.cause(),
-            driver_enabled,
-        };
-        if status != self.status {
-            self.status = status;
-            self.shared.publish_status(status);
-        }
-        if self.safety.underruns() != self.events.underruns {
-            self.events.underruns = self.safety.underruns();
-            self.shared.publish_events(self.events);
-        }
+        self.shared.publish(codes, driver_enabled, &self.safety);
         Output {
             dac: self.setup.dac.kind(),
             code: codes.drive,
             driver_enabled,
+        }
+    }
+
+    /// Moves the output on by a sample.
+    #[inline(always)]
+    fn advance(&mut self) {
+        let target = match self.safety.state() {
+            State::Run => self.target(),
+            _ => None,
+        };
+        let limits = &self.setup.limits;
+        match target {
+            // `target` leaves the state alone when there is one.
+            Some(target) => self.safety.follow(limits, target),
+            None => self.safety.stay(limits),
         }
     }
 
@@ -250,19 +240,14 @@ impl<'a> Control<'a> {
         let Some(reference) = self.reference.next(&mut self.stream) else {
             // The sample is still to come.
             self.left = self.left.map(|left| left.wrapping_add(1));
-            self.fresh = true;
             return None;
         };
-        self.played = self.played.wrapping_add(1);
+        self.shared.count_played();
         match (self.path, &mut self.setup.compensator) {
             (Path::Direct, _) => Some(reference),
             (Path::Compensated, Some((compensator, plays))) => {
-                let drive = if self.fresh {
-                    self.fresh = false;
-                    compensator.step_at_rest(plays, reference)
-                } else {
-                    compensator.step(plays, reference)
-                };
+                // The rate of a sample that starts a new motion is unknown and taken as zero.
+                let drive = compensator.step_from(plays, reference, self.safety.joins());
                 // The safety turns what is not finite into a fault.
                 Some(drive.unwrap_or(f32::NAN))
             }
@@ -289,7 +274,7 @@ impl<'a> Control<'a> {
                 } else {
                     self.safety.reset_output(&self.setup.limits);
                 }
-                self.fresh = true;
+                self.begins = true;
             }
             Order::Start {
                 reference,
@@ -297,10 +282,12 @@ impl<'a> Control<'a> {
                 left,
             } => {
                 (self.reference, self.path, self.left) = (reference, path, left);
-                (self.fresh, self.played, self.misses_since_start) = (true, 0, 0);
-                // A recording begins anew, so that its sample 0 is that of the reference.
-                (self.record_wait, self.record_index) = (0, 0);
+                self.misses_since_start = 0;
+                self.shared.start();
+                // A recording begins anew, so that its sample 0 is that of the reference: the next one.
+                (self.record_wait, self.record_index) = (1, 0);
                 self.safety.run();
+                self.begins = true;
             }
             Order::Hold => self.safety.hold(),
             Order::Stop => self.safety.off(),
@@ -330,8 +317,7 @@ impl<'a> Control<'a> {
     #[cold]
     #[inline(never)]
     fn miss(&mut self) {
-        self.events.misses = self.events.misses.wrapping_add(1);
-        self.shared.publish_events(self.events);
+        self.shared.count_miss();
         self.misses_since_start = self.misses_since_start.saturating_add(1);
         if self.misses_since_start > self.setup.miss_limit {
             self.safety.fault(Cause::Deadline);
@@ -348,8 +334,7 @@ impl<'a> Control<'a> {
         let index = self.record_index;
         self.record_index = index.wrapping_add(1);
         if self.samples.enqueue(Sample { index, codes }).is_err() {
-            self.events.dropped = self.events.dropped.wrapping_add(1);
-            self.shared.publish_events(self.events);
+            self.shared.count_dropped();
         }
     }
 

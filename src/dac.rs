@@ -162,8 +162,7 @@ impl<S: SpiDevice> Ad5761r<S> {
 
     #[inline(always)]
     fn send(&mut self, register: u8, data: u16) -> Result<(), S::Error> {
-        let [high, low] = data.to_be_bytes();
-        self.spi.write(&[register, high, low])
+        self.spi.write(&[register, (data >> 8) as u8, data as u8])
     }
 
     /// Gives the bus back.

@@ -31,6 +31,10 @@ pub trait Real:
     const ONE: Self;
     /// Spacing of the numbers next to one.
     const EPSILON: Self;
+    /// Beyond every number.
+    const INFINITY: Self;
+    /// Not a number: every comparison with it is false.
+    const NAN: Self;
 
     /// Nearest representable value.
     fn from_f64(value: f64) -> Self;
@@ -48,6 +52,8 @@ macro_rules! real {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
             const EPSILON: Self = $float::EPSILON;
+            const INFINITY: Self = $float::INFINITY;
+            const NAN: Self = $float::NAN;
 
             #[inline(always)]
             fn from_f64(value: f64) -> Self {

@@ -1,9 +1,9 @@
 //! References: what the output is to follow, sample by sample.
 //!
 //! An oscillator is a 32-bit phase that wraps once a period, so its frequency is exact to
-//! 2^-32 of the sample rate and nothing drifts. The sine is the Taylor polynomial of degree 11 on the
-//! folded quarter period, exact to 1.2e-7 of the amplitude: no library call, no table, no division,
-//! the same bits on host and target.
+//! 2^-32 of the sample rate and nothing drifts. The sine is a polynomial of degree 9 on the folded
+//! quarter period, exact to 1.2e-7 of the amplitude: no library call, no table, no division, the same
+//! bits on host and target.
 
 use core::f32::consts::PI;
 
@@ -106,12 +106,12 @@ impl Oscillator {
     fn folded(&mut self) -> f32 {
         let phase = self.phase as i32;
         self.phase = self.phase.wrapping_add(self.step);
-        const QUARTER: i32 = 1 << 30;
-        // sin(pi - x) = sin(x): half a turn less the phase.
-        let folded = if (-QUARTER..=QUARTER).contains(&phase) {
-            phase
-        } else {
+        // Beyond a quarter period the two topmost bits differ; there sin(pi - x) = sin(x) leads back:
+        // half a turn less the phase.
+        let folded = if phase ^ (phase << 1) < 0 {
             i32::MIN.wrapping_sub(phase)
+        } else {
+            phase
         };
         folded as f32
     }
@@ -119,15 +119,14 @@ impl Oscillator {
     #[inline(always)]
     fn sine(&mut self) -> f32 {
         const RADIANS: f32 = PI / 2_147_483_648.0;
-        // (-1)^k / (2k + 1)!
-        const C3: f32 = -1.0 / 6.0;
-        const C5: f32 = 1.0 / 120.0;
-        const C7: f32 = -1.0 / 5_040.0;
-        const C9: f32 = 1.0 / 362_880.0;
-        const C11: f32 = -1.0 / 39_916_800.0;
+        // Minimax on the quarter period: off by at most 1.7e-8, a seventh of what rounding adds.
+        const C3: f32 = -0.166_666_57;
+        const C5: f32 = 0.008_333_017;
+        const C7: f32 = -0.000_198_066_15;
+        const C9: f32 = 0.000_002_600_054_8;
         let x = self.folded() * RADIANS;
         let square = x * x;
-        let tail = C3 + square * (C5 + square * (C7 + square * (C9 + square * C11)));
+        let tail = C3 + square * (C5 + square * (C7 + square * C9));
         self.amplitude * (x + x * square * tail)
     }
 

@@ -150,23 +150,38 @@ impl Safety {
         self.join = true;
     }
 
+    /// Whether the next target starts a new motion and will be joined.
+    #[inline(always)]
+    pub fn joins(&self) -> bool {
+        self.join
+    }
+
     /// The drive to put out, in V, for the target of this sample, `None` if it did not come in time.
     /// The target counts in [`State::Run`] only.
     #[inline(always)]
     pub fn step(&mut self, limits: &Limits, target: Option<f32>) -> f32 {
         match (self.state, target) {
             (State::Run, Some(target)) => self.follow(limits, target),
-            (State::Run, None) => self.wait(limits),
-            (State::Hold, _) => {}
-            (State::Off | State::Fault, _) => {
-                self.output = towards(self.output, limits.rest, limits.ramp);
-            }
+            _ => self.stay(limits),
         }
         self.output
     }
 
+    /// [`Safety::step`] without a target.
     #[inline(always)]
-    fn follow(&mut self, limits: &Limits, target: f32) {
+    pub(crate) fn stay(&mut self, limits: &Limits) {
+        match self.state {
+            State::Run => self.wait(limits),
+            State::Hold => {}
+            State::Off | State::Fault => {
+                self.output = towards(self.output, limits.rest, limits.ramp);
+            }
+        }
+    }
+
+    /// [`Safety::step`] with a target in [`State::Run`].
+    #[inline(always)]
+    pub(crate) fn follow(&mut self, limits: &Limits, target: f32) {
         self.missing = 0;
         if self.join {
             self.join = false;
@@ -213,11 +228,13 @@ impl Safety {
     }
 
     /// Why it is in a fault.
+    #[inline(always)]
     pub fn cause(&self) -> Option<Cause> {
         self.cause
     }
 
     /// The drive that was put out last, in V.
+    #[inline(always)]
     pub fn output(&self) -> f32 {
         self.output
     }
@@ -229,6 +246,7 @@ impl Safety {
     }
 
     /// How often the target began to stay away; wraps.
+    #[inline(always)]
     pub fn underruns(&self) -> u32 {
         self.underruns
     }

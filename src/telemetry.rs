@@ -5,7 +5,7 @@ use core::sync::atomic::{AtomicU32, Ordering};
 use heapless::spsc::{Consumer, Producer};
 use serde::{Deserialize, Serialize};
 
-use crate::safety::{Cause, State};
+use crate::safety::{Cause, Safety, State};
 
 /// Samples that fit between interrupt and link, one less than this: 51 ms at 10 kHz.
 pub const QUEUE_LEN: usize = 512;
@@ -37,9 +37,10 @@ pub struct Codes {
 }
 
 /// What the interrupt tells the rest; one writer, so plain loads and stores are enough.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Shared {
     ticks: AtomicU32,
+    /// State, cause and whether the driver is enabled, a byte each.
     status: AtomicU32,
     codes: AtomicU32,
     misses: AtomicU32,
@@ -76,26 +77,21 @@ pub struct Statistics {
     pub bad_frames: u32,
 }
 
-/// What the output does, as far as it is told.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Status {
-    /// As in [`Statistics`].
-    pub state: State,
-    /// As in [`Statistics`].
-    pub cause: Option<Cause>,
-    /// As in [`Statistics`].
-    pub driver_enabled: bool,
+/// The number after those of the causes. As it is what the compiler keeps in memory for no cause, too,
+/// telling takes no case distinction; told in exclusive or with it, no cause is zero.
+const NO_CAUSE: u32 = 3;
+
+impl Default for Shared {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
-/// Counters that change seldom.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Events {
-    /// As in [`Statistics`].
-    pub misses: u32,
-    /// As in [`Statistics`].
-    pub underruns: u32,
-    /// As in [`Statistics`].
-    pub dropped: u32,
+/// Adds one; only the interrupt writes, so a load and a store are enough.
+#[inline(always)]
+fn count(counter: &AtomicU32) {
+    let next = counter.load(Ordering::Relaxed).wrapping_add(1);
+    counter.store(next, Ordering::Relaxed);
 }
 
 impl Shared {
@@ -115,34 +111,42 @@ impl Shared {
 
     /// Called once a sample by the interrupt.
     #[inline(always)]
-    pub(crate) fn publish(&self, ticks: u32, codes: Codes, limited: u32, played: u32) {
-        self.ticks.store(ticks, Ordering::Relaxed);
-        self.limited.store(limited, Ordering::Relaxed);
-        self.played.store(played, Ordering::Relaxed);
+    pub(crate) fn publish(&self, codes: Codes, driver_enabled: bool, safety: &Safety) {
+        count(&self.ticks);
+        self.limited.store(safety.limited(), Ordering::Relaxed);
+        self.underruns.store(safety.underruns(), Ordering::Relaxed);
         let packed = u32::from(codes.drive) | u32::from(codes.sensor) << 16;
         self.codes.store(packed, Ordering::Relaxed);
-    }
-
-    /// Called by the interrupt when one of them changed.
-    pub(crate) fn publish_events(&self, events: Events) {
-        self.misses.store(events.misses, Ordering::Relaxed);
-        self.underruns.store(events.underruns, Ordering::Relaxed);
-        self.dropped.store(events.dropped, Ordering::Relaxed);
-    }
-
-    /// Called by the interrupt when one of them changed.
-    pub(crate) fn publish_status(&self, status: Status) {
-        let cause = match status.cause {
-            None => 0,
-            Some(Cause::NotFinite) => 1,
-            Some(Cause::Deadline) => 2,
-            Some(Cause::NoModel) => 3,
-        };
-        let enabled = u32::from(status.driver_enabled) << 16;
+        let cause = safety.cause().map_or(NO_CAUSE, |cause| cause as u32) ^ NO_CAUSE;
+        let enabled = u32::from(driver_enabled) << 16;
         self.status.store(
-            status.state as u32 | cause << 8 | enabled,
+            safety.state() as u32 | cause << 8 | enabled,
             Ordering::Relaxed,
         );
+    }
+
+    /// A reference begins.
+    #[inline(always)]
+    pub(crate) fn start(&self) {
+        self.played.store(0, Ordering::Relaxed);
+    }
+
+    /// A reference sample was played.
+    #[inline(always)]
+    pub(crate) fn count_played(&self) {
+        count(&self.played);
+    }
+
+    /// A sample came too late.
+    #[inline(always)]
+    pub(crate) fn count_miss(&self) {
+        count(&self.misses);
+    }
+
+    /// A recorded sample did not fit into the queue.
+    #[inline(always)]
+    pub(crate) fn count_dropped(&self) {
+        count(&self.dropped);
     }
 
     /// Samples since power-on; wraps. It standing still tells a watchdog that the interrupt died.
@@ -161,10 +165,10 @@ impl Shared {
                 3 => State::Fault,
                 _ => State::Off,
             },
-            cause: match status >> 8 & 0xff {
-                1 => Some(Cause::NotFinite),
-                2 => Some(Cause::Deadline),
-                3 => Some(Cause::NoModel),
+            cause: match status >> 8 & 0xff ^ NO_CAUSE {
+                0 => Some(Cause::NotFinite),
+                1 => Some(Cause::Deadline),
+                2 => Some(Cause::NoModel),
                 _ => None,
             },
             driver_enabled: status >> 16 & 1 == 1,

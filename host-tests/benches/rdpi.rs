@@ -7,15 +7,17 @@
 //!
 //! gcc compiles `c/rdpi.c` with `-O3 -march=native`, so the Rust side needs the native target, too.
 //! Both sides read samples from memory and write results to memory; in each round both run a number
-//! of times and count their fastest run. The sides take turns, and their outputs must agree bit for
-//! bit. Of several builds of the C program the one that looks best beside Rust counts. On a busy
-//! machine `taskset -c 0` before the command keeps both sides on one core.
+//! of times and count their fastest run. The sides take turns. The plain form does what the C does
+//! and must agree with it bit for bit; where the core takes the stack form, that is timed, too, and
+//! must agree to rounding. Of several builds of the C program the one that looks best beside Rust
+//! counts. On a busy machine `taskset -c 0` before the command keeps both sides on one core.
 
 mod common;
 
 use common::{print_machine, spread, two_tone};
-use hysteron::hysteresis::{Parameters, RateDependentPi};
+use hysteron::hysteresis::{Parameters, RateDependentPi, State};
 use hysteron::math::Real;
+use hysteron::play::{PlainState, PlayState, STACK_FROM};
 use std::hint::black_box;
 use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
@@ -74,10 +76,20 @@ fn inverse<T: Scalar, const N: usize>() -> RateDependentPi<T, N> {
     .expect("valid parameters")
 }
 
+fn plain<T: Scalar, const N: usize>(_: &RateDependentPi<T, N>, first: T) -> State<T, N> {
+    State::new(PlayState::Plain(PlainState::zero()), first)
+}
+
+/// Steps through the input from a state whose form the compiler knows where the core does.
 #[inline(never)]
-fn run<T: Scalar, const N: usize>(inverse: &RateDependentPi<T, N>, input: &[T], output: &mut [T]) {
+fn run<T: Scalar, const N: usize>(
+    inverse: &RateDependentPi<T, N>,
+    start: impl Fn(&RateDependentPi<T, N>, T) -> State<T, N>,
+    input: &[T],
+    output: &mut [T],
+) {
     let Some(&first) = input.first() else { return };
-    let mut state = inverse.start(first);
+    let mut state = start(inverse, first);
     for (&u, v) in input.iter().zip(output) {
         *v = inverse.step(&mut state, u);
     }
@@ -86,14 +98,20 @@ fn run<T: Scalar, const N: usize>(inverse: &RateDependentPi<T, N>, input: &[T], 
 /// Nanoseconds a sample in the fastest of the repetitions.
 fn time<T: Scalar, const N: usize>(
     inverse: &RateDependentPi<T, N>,
+    start: impl Fn(&RateDependentPi<T, N>, T) -> State<T, N> + Copy,
     input: &[T],
     output: &mut [T],
 ) -> f64 {
     (0..REPETITIONS)
         .map(|_| {
-            let start = Instant::now();
-            run(black_box(inverse), black_box(input), black_box(output));
-            start.elapsed().as_secs_f64() * 1e9 / input.len() as f64
+            let begin = Instant::now();
+            run(
+                black_box(inverse),
+                start,
+                black_box(input),
+                black_box(output),
+            );
+            begin.elapsed().as_secs_f64() * 1e9 / input.len() as f64
         })
         .fold(f64::INFINITY, f64::min)
 }
@@ -181,11 +199,16 @@ fn compare<T: Scalar, const N: usize>() {
         })
         .collect();
 
-    // (C, Rust) in nanoseconds, a list of rounds for each build.
+    // (C, plain, as the core takes it) in nanoseconds, a list of rounds for each build.
+    let mut used_output = output.clone();
     let mut times = vec![Vec::new(); BUILDS.len()];
     for _ in 0..ROUNDS {
         for (build, times) in builds.iter_mut().zip(&mut times) {
-            times.push((build.time(), time(&inverse, &input, &mut output)));
+            times.push((
+                build.time(),
+                time(&inverse, plain, &input, &mut output),
+                time(&inverse, RateDependentPi::start, &input, &mut used_output),
+            ));
         }
     }
     for (build, directory) in builds.into_iter().zip(&directories) {
@@ -194,28 +217,36 @@ fn compare<T: Scalar, const N: usize>() {
             "the outputs of C and Rust differ"
         );
     }
+    let tolerance = 1e3 * 40.0 * T::EPSILON.to_f64();
+    for (a, b) in output.iter().zip(&used_output) {
+        assert!((*a - *b).abs().to_f64() <= tolerance, "{a:?} and {b:?}");
+    }
 
-    let (ratio, times, build) = times
-        .iter()
-        .zip(BUILDS)
-        .map(|(times, build)| (spread(times.iter().map(|(c, rust)| c / rust)), times, build))
-        .min_by(|(a, ..), (b, ..)| a.median.total_cmp(&b.median))
-        .expect("there are builds");
-    let c_ns = spread(times.iter().map(|(c, _)| *c));
-    let rust_ns = spread(times.iter().map(|(_, rust)| *rust));
-    println!(
-        "| {} | {N} | {:.2} | {:.2} | {:.2} | **{:.2}** | {:.2} | {} |",
-        std::any::type_name::<T>(),
-        rust_ns.median,
-        c_ns.median,
-        ratio.min,
-        ratio.median,
-        ratio.max,
-        match build {
-            [] => "plain".to_owned(),
-            options => options.join(" "),
-        }
-    );
+    let row = |form: &str, rust: fn(&(f64, f64, f64)) -> f64| {
+        let (ratio, times, build) = times
+            .iter()
+            .zip(BUILDS)
+            .map(|(times, build)| (spread(times.iter().map(|t| t.0 / rust(t))), times, build))
+            .min_by(|(a, ..), (b, ..)| a.median.total_cmp(&b.median))
+            .expect("there are builds");
+        println!(
+            "| {} | {N} | {form} | {:.2} | {:.2} | {:.2} | **{:.2}** | {:.2} | {} |",
+            std::any::type_name::<T>(),
+            spread(times.iter().map(rust)).median,
+            spread(times.iter().map(|t| t.0)).median,
+            ratio.min,
+            ratio.median,
+            ratio.max,
+            match build {
+                [] => "plain".to_owned(),
+                options => options.join(" "),
+            }
+        );
+    };
+    row("plain", |t| t.1);
+    if N >= STACK_FROM {
+        row("stack", |t| t.2);
+    }
 }
 
 fn main() {
@@ -224,8 +255,8 @@ fn main() {
         println!("Rust side not built for this processor: set RUSTFLAGS=\"-C target-cpu=native\"");
     }
     println!("\nSpeed of Rust over C (above 1: Rust is faster), {ROUNDS} rounds in turns:\n");
-    println!("| scalar | n | Rust ns | C ns | min | median | max | best C build |");
-    println!("|---|---|---|---|---|---|---|---|");
+    println!("| scalar | n | form | Rust ns | C ns | min | median | max | best C build |");
+    println!("|---|---|---|---|---|---|---|---|---|");
     compare::<f32, 3>();
     compare::<f32, 10>();
     compare::<f64, 3>();

@@ -201,6 +201,40 @@ fn loop_area_of_one_play() {
     );
 }
 
+/// Captures of few and of many of a hundred plays, a jump among them, against each play by itself.
+#[test]
+fn a_large_stack_agrees_with_its_plays() {
+    const MANY: usize = 100;
+    let thresholds: Vec<f64> = (1..=MANY).map(|i| (i as f64).powf(1.2) * 0.1).collect();
+    let weights: Vec<f64> = (0..MANY).map(|i| (i as f64 * 0.7).sin()).collect();
+    let bank = PlayBank::<f64, MANY>::new(&thresholds, &weights).unwrap();
+    let mut state = StackState::zero(&bank);
+    let mut z = [0.0; MANY];
+    let mut seed = 7u64;
+    for k in 0..20_000 {
+        seed = seed
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        let noise = (seed >> 11) as f64 / (1u64 << 53) as f64 - 0.5;
+        let t = k as f64 * 1e-3;
+        let u = 20.0 * (7.0 * t).sin() + if k % 500 < 50 { 45.0 } else { 3.0 } * noise;
+        let envelope = Envelope {
+            lo: u - noise.abs(),
+            hi: u + noise.abs(),
+        };
+        let output = state.step(&bank, envelope);
+        let mut sum = 0.0;
+        for ((z, r), w) in z.iter_mut().zip(&thresholds).zip(&weights) {
+            *z = (envelope.lo - r).max((envelope.hi + r).min(*z));
+            sum += w * *z;
+        }
+        assert!((output - sum).abs() < 1e-10, "{k}: {output} and {sum}");
+        for (a, b) in state.outputs(&bank).iter().zip(&z) {
+            assert!((a - b).abs() < 1e-12, "{k}: {a} and {b}");
+        }
+    }
+}
+
 /// On a smooth input a sample touches few segments, however many plays there are.
 #[test]
 fn the_stack_stays_shallow() {

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 
 use firmware_rig::{bipolar, frame, model, published, sine};
 use hysteron::control::Path;
-use hysteron::link::{Answer, Command, Message, decode};
+use hysteron::link::{Answer, CHUNK_LEN, Command, Message, Refusal, decode};
 use hysteron::reference::{Tone, Waveform};
 use hysteron::settings::Settings;
 use hysteron_host::pil::{Emulator, Pair, Replica, Target, Ticked};
@@ -39,23 +39,43 @@ impl Both {
         both
     }
 
-    /// The same command to both, which has to be carried out; recorded samples may come with the
-    /// reply.
-    fn tell(&mut self, command: Command) {
+    /// The answer of both to the same command; recorded samples may come with it.
+    fn ask(&mut self, command: Command) -> Answer {
         self.sequence += 1;
         let heard = self.pair.link(&frame(self.sequence, command)).unwrap();
-        let done = heard.split(|&byte| byte == 0).any(|frame| {
-            let message = decode(&mut frame.to_vec());
-            message.is_ok_and(|message: Message| {
-                message
-                    == Message::Reply {
-                        sequence: self.sequence,
-                        answer: Answer::Done,
-                    }
+        let answer = heard
+            .split(|&byte| byte == 0)
+            .find_map(|frame| match decode(&mut frame.to_vec()) {
+                Ok(Message::Reply { sequence, answer }) if sequence == self.sequence => {
+                    Some(answer)
+                }
+                _ => None,
             })
-        });
-        assert!(done, "no reply, or a refusal");
+            .expect("a reply");
         self.tick(false);
+        answer
+    }
+
+    /// A command that both have to carry out, if not before the next sample.
+    fn tell(&mut self, command: Command) {
+        let mut answer = self.ask(command.clone());
+        if answer == Answer::Refused(Refusal::Busy) {
+            answer = self.ask(command);
+        }
+        assert_eq!(answer, Answer::Done);
+    }
+
+    fn stream(&mut self, samples: &[f32]) {
+        self.tell(Command::ResetStream);
+        let mut first = 0;
+        for chunk in samples.chunks(CHUNK_LEN) {
+            let answer = self.ask(Command::Stream {
+                first,
+                samples: chunk.iter().copied().collect(),
+            });
+            first += chunk.len() as u32;
+            assert!(matches!(answer, Answer::Stream { next, .. } if next == first));
+        }
     }
 
     fn tick(&mut self, late: bool) -> Ticked {
@@ -109,6 +129,31 @@ fn references() -> Vec<Waveform> {
     ]
 }
 
+/// Oscillations that die away and leave a segment for each play, and at their end a jump that merges
+/// all of them in one sample. Each value comes twice: at the second the rate is zero and the envelope
+/// closed.
+fn unwinding() -> Vec<f32> {
+    let mut samples = Vec::new();
+    for decay in [0.8f32, 0.85, 0.9, 0.93, 0.95, 0.97] {
+        for k in 0..80 {
+            let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
+            samples.extend([sign * 45.0 * decay.powi(k); 2]);
+        }
+    }
+    samples
+}
+
+/// White noise of uniform distribution, each value twice.
+fn noise() -> Vec<f32> {
+    let mut seed = 1u32;
+    let mut samples = Vec::new();
+    for _ in 0..500 {
+        seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        samples.extend([45.0 * (seed as i32 as f32 / 2_147_483_648.0); 2]);
+    }
+    samples
+}
+
 #[test]
 #[ignore = "needs QEMU and the firmware: scripts/check-firmware.sh"]
 fn target_and_host_agree_bit_for_bit_within_the_budget() {
@@ -119,17 +164,29 @@ fn target_and_host_agree_bit_for_bit_within_the_budget() {
     weights.extend((1..=10).map(|i| 0.12 * (-0.1 * i as f32).exp()));
     let ten = model(&thresholds, &weights, 8.572e-4, 1.1);
     // Most instructions of a sample, from the request of the interrupt to the return from it, with the
-    // bipolar converter, a recording and an order in the same sample.
-    for (name, record, most) in [("n = 3", published(), 470), ("n = 10", ten, 580)] {
-        both.tell(Command::SetModel(Some(record)));
+    // bipolar converter, a recording and an order in the same sample, swaps of the model in full swing
+    // among them.
+    for (name, record, most) in [("n = 3", published(), 450), ("n = 10", ten, 450)] {
+        both.tell(Command::SetModel(Some(record.clone())));
         both.counts.clear();
         for waveform in references() {
             for path in [Path::Compensated, Path::Direct] {
                 both.start(path, waveform);
                 both.tell(Command::Record { every: 1 });
                 both.ticks(4_000);
+                for pause in [1, 7, 19, 25, 37, 50] {
+                    both.tell(Command::SetModel(Some(record.clone())));
+                    both.tell(Command::Record { every: 1 });
+                    both.ticks(pause);
+                }
                 both.tell(Command::Hold);
             }
+        }
+        for samples in [unwinding(), noise()] {
+            both.stream(&samples);
+            both.start(Path::Compensated, Waveform::Stream);
+            both.ticks(samples.len());
+            both.tell(Command::Hold);
         }
         let mut counts = both.counts.clone();
         counts.sort_unstable();

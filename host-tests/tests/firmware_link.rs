@@ -338,5 +338,6 @@ fn a_stream_is_numbered_and_throttled() {
         }
     );
     rig.start(Path::Direct, hysteron::reference::Waveform::Stream);
+    rig.tick();
     assert_eq!(rig.statistics().played, 1);
 }

@@ -190,6 +190,13 @@ impl Board for Stm32f405 {
     }
 }
 
+/// The clocks as the firmware has them and nothing else: for benchmarks.
+pub fn full_speed() {
+    // SAFETY: called once, before anything else uses a peripheral.
+    let parts = unsafe { Peripherals::steal() };
+    clocks(&parts.RCC, &parts.FLASH);
+}
+
 #[cfg(not(feature = "qemu"))]
 fn clocks(rcc: &pac::RCC, flash: &pac::FLASH) {
     rcc.cr().modify(|_, w| w.hseon().on());

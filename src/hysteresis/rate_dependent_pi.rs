@@ -113,6 +113,12 @@ impl<T, const N: usize> State<T, N> {
         }
     }
 
+    /// Takes the input as if it had stood at `input` before: the rate of a next sample there is zero.
+    #[inline(always)]
+    pub fn rest_at(&mut self, input: T) {
+        self.previous = input;
+    }
+
     /// The plays.
     pub fn plays(&self) -> &PlayState<T, N> {
         &self.plays
@@ -141,7 +147,8 @@ impl<T: Real, const N: usize> RateDependentPi<T, N> {
     pub fn step(&self, state: &mut State<T, N>, input: T) -> T {
         let envelope = self.rate.from_samples(input, state.previous);
         state.previous = input;
-        self.weight_0 * input + state.plays.step(&self.bank, envelope)
+        let direct = self.weight_0 * input;
+        state.plays.step_onto(&self.bank, envelope, direct)
     }
 
     /// Output for the next input at a `rate` known from elsewhere, in input units a second; its
@@ -150,7 +157,8 @@ impl<T: Real, const N: usize> RateDependentPi<T, N> {
     pub fn step_with_rate(&self, state: &mut State<T, N>, input: T, rate: T) -> T {
         let envelope = self.rate.from_rate(input, rate);
         state.previous = input;
-        self.weight_0 * input + state.plays.step(&self.bank, envelope)
+        let direct = self.weight_0 * input;
+        state.plays.step_onto(&self.bank, envelope, direct)
     }
 
     /// The analytic inverse (J 12, 14, 15), an operator of the same kind.

@@ -64,23 +64,41 @@ pub fn play<T: Real>(z: T, envelope: Envelope<T>, r: T) -> T {
 /// Number of plays from which [`PlayState`] takes the stack form.
 ///
 /// One number for host and target: the forms are equal to rounding only, and the two must agree bit
-/// for bit. From 20 plays on the stack is the faster on the host in the mean of a smooth input, and
-/// on a Cortex-M4F, by instructions, in the mean and in the worst sample of a smooth input and of
-/// white noise alike. A sample that merges a segment for each play still costs more than the plain
-/// form's, up to 1.7 times. Below 20, constant time is worth more than a lower mean. Figures:
-/// `docs/performance.md`.
-pub const STACK_FROM: usize = 20;
+/// for bit. From 8 plays on the stack is the faster in the mean of a smooth input, on the host and, by
+/// instructions, on a Cortex-M4F, there for white noise, too. A sample that merges a segment for each
+/// play costs up to 1.5 times what the plain form does. Below 8, constant time is worth more than a
+/// lower mean. Figures: `docs/performance.md`.
+pub const STACK_FROM: usize = 8;
 
 /// Thresholds and weights of up to `N` plays: `sum w_i z_i` for an envelope.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlayBank<T, const N: usize> {
     len: usize,
+    /// Infinite beyond `len`, so that nothing moves a play that is not there.
     thresholds: [T; N],
+    /// Zero beyond `len`.
     weights: [T; N],
-    /// `weight_sums[i]` is the sum of `weights[..=i]`, in the unit of the weights.
-    weight_sums: [T; N],
-    /// `moment_sums[i]` is the sum of `weights[k] thresholds[k]` over `k <= i`.
-    moment_sums: [T; N],
+    /// `sums[i]` is over the plays `0..=i`.
+    sums: [Sums<T>; N],
+}
+
+/// Sums over the first plays of a bank.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Sums<T> {
+    /// Of the weights.
+    weight: T,
+    /// Of each weight times its threshold.
+    moment: T,
+    /// The threshold of the play that follows them, infinite when none does: wanted where the sums are.
+    next_threshold: T,
+}
+
+impl<T: Real> Sums<T> {
+    const ZERO: Self = Self {
+        weight: T::ZERO,
+        moment: T::ZERO,
+        next_threshold: T::INFINITY,
+    };
 }
 
 impl<T: Real, const N: usize> PlayBank<T, N> {
@@ -101,19 +119,16 @@ impl<T: Real, const N: usize> PlayBank<T, N> {
         }
         let mut bank = Self {
             len,
-            thresholds: [T::ZERO; N],
+            thresholds: [T::INFINITY; N],
             weights: [T::ZERO; N],
-            weight_sums: [T::ZERO; N],
-            moment_sums: [T::ZERO; N],
+            sums: [Sums::ZERO; N],
         };
-        let (mut before, mut weight_sum, mut moment_sum) = (T::ZERO, T::ZERO, T::ZERO);
-        let rows = bank
-            .thresholds
-            .iter_mut()
-            .zip(&mut bank.weights)
-            .zip(bank.weight_sums.iter_mut().zip(&mut bank.moment_sums));
-        for (i, (((r, w), (ws, ms)), (&threshold, &weight))) in
-            rows.zip(thresholds.iter().zip(weights)).enumerate()
+        let (mut before, mut sum) = (T::ZERO, Sums::<T>::ZERO);
+        let rows = bank.thresholds.iter_mut().zip(&mut bank.weights);
+        for (i, (((r, w), to), (&threshold, &weight))) in rows
+            .zip(&mut bank.sums)
+            .zip(thresholds.iter().zip(weights))
+            .enumerate()
         {
             if !threshold.is_finite() {
                 return Err(ParameterError::NotFinite(Field::Thresholds, i));
@@ -122,12 +137,13 @@ impl<T: Real, const N: usize> PlayBank<T, N> {
                 return Err(ParameterError::NotIncreasing(Field::Thresholds, i));
             }
             before = threshold;
-            weight_sum = weight_sum + weight;
-            moment_sum = moment_sum + weight * threshold;
-            if !(weight_sum.is_finite() && moment_sum.is_finite()) {
+            sum.weight = sum.weight + weight;
+            sum.moment = sum.moment + weight * threshold;
+            if !(sum.weight.is_finite() && sum.moment.is_finite()) {
                 return Err(ParameterError::NotFinite(Field::Weights, i));
             }
-            (*r, *w, *ws, *ms) = (threshold, weight, weight_sum, moment_sum);
+            sum.next_threshold = thresholds.get(i + 1).copied().unwrap_or(T::INFINITY);
+            (*r, *w, *to) = (threshold, weight, sum);
         }
         Ok(bank)
     }
@@ -216,9 +232,21 @@ impl<T: Real, const N: usize> PlayState<T, N> {
     /// `bank` is the one that the state was started from; the envelope is finite.
     #[inline(always)]
     pub fn step(&mut self, bank: &PlayBank<T, N>, envelope: Envelope<T>) -> T {
+        self.step_onto(bank, envelope, -T::ZERO)
+    }
+
+    /// `direct` plus what [`PlayState::step`] returns.
+    #[inline(always)]
+    pub(crate) fn step_onto(
+        &mut self,
+        bank: &PlayBank<T, N>,
+        envelope: Envelope<T>,
+        direct: T,
+    ) -> T {
         match self {
-            Self::Plain(state) => state.step(bank, envelope),
-            Self::Stack(state) => state.step(bank, envelope),
+            Self::Plain(state) => state.step_onto(bank, envelope, direct),
+            Self::Stack(state) if N < STACK_FROM => state.step_apart(bank, envelope, direct),
+            Self::Stack(state) => state.step_onto(bank, envelope, direct),
         }
     }
 

@@ -12,8 +12,7 @@
  *
  * The operations and their order are those of the Rust core, so that the outputs agree bit for bit;
  * -ffp-contract=off keeps the compiler from fusing them. Conditional expressions become minss and
- * maxss, which fmin and fmax do not. A sum that starts from -0, the neutral element, costs one
- * addition less than one from +0.
+ * maxss, which fmin and fmax do not.
  */
 #define _POSIX_C_SOURCE 199309L
 #include <stdio.h>
@@ -57,7 +56,7 @@ __attribute__((noinline)) static void run(const parameters *p, size_t samples,
         const real half_width = beta_per_sample * magnitude(u - previous);
         const real lo = u - half_width, hi = u + half_width;
         previous = u;
-        real sum = -(real)0;
+        real sum = weight_0 * u;
 #ifdef UNROLL
 #pragma GCC unroll 16
 #endif
@@ -65,7 +64,7 @@ __attribute__((noinline)) static void run(const parameters *p, size_t samples,
             z[i] = greater(lesser(z[i], hi + r[i]), lo - r[i]);
             sum += w[i] * z[i];
         }
-        output[k] = weight_0 * u + sum;
+        output[k] = sum;
     }
 }
 

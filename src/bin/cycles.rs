@@ -1,0 +1,83 @@
+//! Cycles on a board: the debug unit's cycle counter, results over defmt and RTT.
+//!
+//! `cargo fw-cycles` builds, flashes and prints; `docs/hardware.md` has the table that the results
+//! are for. It leaves converters and driver-enable pin as they are after a reset: high impedance.
+
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(target_os = "none")]
+#[path = "common/workload.rs"]
+mod workload;
+
+#[cfg(not(target_os = "none"))]
+fn main() {
+    eprintln!("this is a benchmark for a board: cargo fw-cycles, see docs/hardware.md");
+}
+
+#[cfg(target_os = "none")]
+mod cycles {
+    use cortex_m::peripheral::DWT;
+    use cortex_m_rt::entry;
+    use defmt::println;
+    use defmt_rtt as _;
+    use hysteron::board::stm32f405::full_speed;
+    use hysteron::wiring::Memory;
+
+    use crate::workload::{Nobody, Row, connect, row, sines, whole_sample};
+
+    fn print(row: &Row) {
+        let (plain, stack) = (row.plain, row.stack);
+        println!(
+            "n {} of {} (used: {}): plain {} {} {}, stack {} {} {}, unwinding {}, difference {}",
+            row.plays,
+            row.capacity,
+            if row.takes_stack { "stack" } else { "plain" },
+            plain.mean(),
+            plain.spread(),
+            plain.worst,
+            stack.mean(),
+            stack.spread(),
+            stack.worst,
+            row.unwinding,
+            row.difference,
+        );
+    }
+
+    #[entry]
+    fn main() -> ! {
+        static mut MEMORY: Memory<'static> = Memory::new();
+        full_speed();
+        let Some(mut core) = cortex_m::Peripherals::take() else {
+            panic!("taken once");
+        };
+        core.DCB.enable_trace();
+        core.DWT.set_cycle_count(0);
+        core.DWT.enable_cycle_counter();
+        let now = DWT::cycle_count;
+
+        println!("cycles at 168 MHz: mean, spread, worst; the counter's reading taken off");
+        println!("inverse on paper J's references, and the stack's worst on unwinding");
+        print(&row::<3, Nobody>(now, 3));
+        print(&row::<10, Nobody>(now, 10));
+        print(&row::<100, Nobody>(now, 100));
+        print(&row::<16, Nobody>(now, 3));
+        print(&row::<16, Nobody>(now, 10));
+        println!("sample without interrupt and converter");
+        let mut ends = connect(MEMORY);
+        for plays in [3, 10] {
+            let count = whole_sample(&mut ends, now, plays);
+            let (mean, spread) = (count.mean(), count.spread());
+            println!("n {}: {} {} {}", plays, mean, spread, count.worst);
+        }
+        println!("sine, the call included, and its largest error");
+        for (name, count, error) in sines(now) {
+            let (mean, spread) = (count.mean(), count.spread());
+            println!("{}: {} {} {} {}", name, mean, spread, count.worst, error);
+        }
+        println!("done");
+        // Not asleep: a sleeping core may not answer the probe.
+        loop {
+            cortex_m::asm::nop();
+        }
+    }
+}

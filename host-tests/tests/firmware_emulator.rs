@@ -166,7 +166,7 @@ fn target_and_host_agree_bit_for_bit_within_the_budget() {
     // Most instructions of a sample, from the request of the interrupt to the return from it, with the
     // bipolar converter, a recording and an order in the same sample, swaps of the model in full swing
     // among them.
-    for (name, record, most) in [("n = 3", published(), 450), ("n = 10", ten, 450)] {
+    for (name, record, most) in [("n = 3", published(), 420), ("n = 10", ten, 450)] {
         both.tell(Command::SetModel(Some(record.clone())));
         both.counts.clear();
         for waveform in references() {

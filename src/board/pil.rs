@@ -62,25 +62,26 @@ pub fn start_counter() -> &'static stm32f4::stm32f405::tim2::RegisterBlock {
     counter
 }
 
-/// Stands for the queues of the serial port, which nothing uses here.
-pub struct Bytes;
+/// Stands for the queues of the serial port: what a response carries. Not on the stack, whose depth is
+/// to be that of the board's program.
+pub struct Bytes(Vec<u8, PAYLOAD_LEN>);
 
 /// Stands for the serial port, which never asks for its interrupt here.
 pub struct Port;
 
 /// The idle loop's part.
-pub struct Line;
+pub struct Line(&'static mut Vec<u8, PAYLOAD_LEN>);
 
 impl Bytes {
-    /// Nothing.
+    /// Empty.
     #[allow(clippy::new_without_default, reason = "as the serial port's")]
     pub const fn new() -> Self {
-        Self
+        Self(Vec::new())
     }
 
     /// The two parts.
     pub fn open(&'static mut self) -> (Port, Line) {
-        (Port, Line)
+        (Port, Line(&mut self.0))
     }
 }
 
@@ -97,14 +98,18 @@ impl Line {
         shared: &'static Shared,
         board: &mut B,
     ) -> ! {
-        run(server, shared, board)
+        run(server, shared, board, self.0)
     }
 }
 
-fn run<B: Board>(server: &mut Server<'static>, shared: &'static Shared, board: &mut B) -> ! {
+fn run<B: Board>(
+    server: &mut Server<'static>,
+    shared: &'static Shared,
+    board: &mut B,
+    payload: &mut Vec<u8, PAYLOAD_LEN>,
+) -> ! {
     let counter = start_counter();
     let mut applied = *server.valid();
-    let mut payload = Vec::<u8, PAYLOAD_LEN>::new();
     while let Some([kind, len, low, high]) = receive::<4>() {
         payload.clear();
         let mut instructions = 0;
@@ -147,7 +152,7 @@ fn run<B: Board>(server: &mut Server<'static>, shared: &'static Shared, board: &
             State::Run => 2,
             State::Fault => 3,
         };
-        respond(kind, state, instructions, &payload);
+        respond(kind, state, instructions, payload);
     }
     semihosting::process::exit(0)
 }

@@ -226,7 +226,7 @@ fn the_published_stage_with_the_rate_of_its_own_drive() {
 
 #[test]
 fn never_worse_than_the_explicit_inverse() {
-    let mut compared = 0;
+    let (mut compared, mut worse) = (0, 0);
     for (n, beta) in [(1, 8e-4), (3, 0.0), (3, 1e-4), (5, 3e-3), (10, 7e-4), (16, 1.5e-3)] {
         let stage = Stage::of(n, beta);
         for sample_rate in [5e3, 1e4, 2e4, 5e4] {
@@ -253,11 +253,14 @@ fn never_worse_than_the_explicit_inverse() {
                             };
                             let (with, without) = (error(drive), error(&explicit));
                             compared += 1;
-                            assert!(
-                                with.0 <= without.0 + 1e-6 && with.1 <= without.1 + 1e-6,
-                                "n = {n}, beta = {beta}, {sample_rate} Hz, {shape:?} {frequency} Hz, \
-                                 phase {phase}, {rate:?}: preview {with:?}, explicit {without:?}"
-                            );
+                            if with.0 > without.0 + 1e-6 || with.1 > without.1 + 1e-6 {
+                                println!(
+                                    "n = {n}, beta = {beta}, {sample_rate} Hz, {shape:?} \
+                                     {frequency} Hz, phase {phase}, {rate:?}: preview {with:.5?}, \
+                                     explicit {without:.5?}"
+                                );
+                                worse += 1;
+                            }
                         }
                     }
                 }
@@ -265,6 +268,7 @@ fn never_worse_than_the_explicit_inverse() {
         }
     }
     println!("{compared} comparisons");
+    assert_eq!(worse, 0);
 }
 
 #[test]

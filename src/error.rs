@@ -25,6 +25,8 @@ pub enum Field {
     NegativeThresholds,
     /// Slopes of the asymmetry map for negative arguments.
     NegativeSlopes,
+    /// Window, sweeps or correction of a preview inverse.
+    Preview,
     /// Gain from volts to micrometres.
     Gain,
     /// Displacement at rest.
@@ -90,6 +92,7 @@ impl Field {
             Self::PositiveSlopes => "slopes.positive",
             Self::NegativeThresholds => "thresholds.negative",
             Self::NegativeSlopes => "slopes.negative",
+            Self::Preview => "preview",
             Self::Gain => "gain_um_per_v",
             Self::Offset => "offset_um",
             Self::InputRange => "u_max_v",
@@ -132,6 +135,8 @@ pub enum ParameterError {
     PartialSum(Field, usize),
     /// A rate coefficient below zero would shrink the distance between thresholds (J 11).
     ShrinkingGap(Field),
+    /// The rate term is too strong for the sum of the weights up to this entry: no preview inverse.
+    RateTooStrong(usize),
     /// The value must be positive.
     NotPositive(Field),
     /// The value must not be zero.
@@ -181,6 +186,13 @@ impl fmt::Display for ParameterError {
                     field.key()
                 )
             }
+            Self::RateTooStrong(index) => write!(
+                f,
+                "{}[{index}]: too small a sum up to this entry for a preview inverse at this {} and {}",
+                Field::Weights.key(),
+                Field::Beta.key(),
+                Field::SampleTime.key()
+            ),
             Self::NotPositive(field) => write!(f, "{}: must be positive", field.key()),
             Self::Zero(field) => write!(f, "{}: must not be zero", field.key()),
             Self::Inadmissible(index) => write!(

@@ -1,6 +1,7 @@
 //! Hysteresis models and their inverses.
 
 pub mod modified_play;
+pub mod preview;
 mod rate_dependent_pi;
 
 pub use rate_dependent_pi::{Parameters, RateDependentPi, State};

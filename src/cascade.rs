@@ -88,10 +88,7 @@ impl<T: Real, const N: usize, const M: usize, const WINDOW: usize, const STAGES:
             offset: model.offset(),
             per_gain: T::ONE / model.gain(),
             effects: *chain.effects(),
-            asymmetry: model
-                .asymmetry()
-                .map(Asymmetry::inverse)
-                .transpose()?,
+            asymmetry: model.asymmetry().map(Asymmetry::inverse).transpose()?,
             hysteresis,
         })
     }

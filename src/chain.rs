@@ -76,7 +76,9 @@ impl<T: Real, const N: usize, const M: usize> Chain<T, N, M> {
             amplifier_lag: effects.amplifier_lag.map(|lag| lag.start(first)),
             transport_delay: effects.transport_delay.map(|delay| delay.start(first)),
             hysteresis,
-            resonances: effects.resonances.map(|mode| mode.map(|mode| mode.start(w))),
+            resonances: effects
+                .resonances
+                .map(|mode| mode.map(|mode| mode.start(w))),
             creep: effects.creep.map(|creep| creep.start(w)),
         }
     }

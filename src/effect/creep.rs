@@ -47,7 +47,10 @@ impl<T: Real, const DECADES: usize> Creep<T, DECADES> {
         if !gain_per_decade.is_finite() {
             return Err(ParameterError::NotFinite(Field::CreepGain, 0));
         }
-        for (tau, field) in [(tau_min, Field::CreepShortest), (tau_max, Field::CreepLongest)] {
+        for (tau, field) in [
+            (tau_min, Field::CreepShortest),
+            (tau_max, Field::CreepLongest),
+        ] {
             if !tau.is_finite() {
                 return Err(ParameterError::NotFinite(field, 0));
             }

@@ -256,8 +256,7 @@ impl<T: Real, const N: usize, const WINDOW: usize, const STAGES: usize>
 
     fn rest(&self, reference: T) -> T {
         let mut state = self.inverse.start(reference);
-        self.inverse
-            .step_with_rate(&mut state, reference, T::ZERO)
+        self.inverse.step_with_rate(&mut state, reference, T::ZERO)
     }
 }
 
@@ -287,5 +286,9 @@ pub fn window_for<T: Real, const N: usize>(model: &RateDependentPi<T, N>) -> usi
     // ln(1000) samples of the time constant `slowest`, of which one step of (P 3) is
     // ln(1 + 1 / slowest), nearly 1 / (slowest + 1/2).
     let samples = 6.91 * (slowest + 0.5) + 2.0;
-    if samples < 8.0 { 8 } else { samples as usize + 1 }
+    if samples < 8.0 {
+        8
+    } else {
+        samples as usize + 1
+    }
 }

@@ -1,11 +1,19 @@
 //! From a model file to the model and compensator of the core, in double precision.
 
+use hysteron::chain::Effects;
 use hysteron::effect::asymmetry::{Asymmetry, Side};
+use hysteron::effect::creep::Creep;
+use hysteron::effect::cubic::Cubic;
+use hysteron::effect::delay::Delay;
+use hysteron::effect::lag::Lag;
+use hysteron::effect::quadratic::Quadratic;
+use hysteron::effect::resonance::Resonance;
 use hysteron::error::{Field, ParameterError, SampleError};
 use hysteron::hysteresis::Parameters;
+use hysteron::hysteresis::preview::{PreviewSettings, window_for};
 
 use crate::error::Error;
-use crate::model_file::{ModelFile, TwoSided};
+use crate::model_file::{ModelFile, Stage, TwoSided};
 use crate::modified_play;
 
 /// Most plays a model of the host may have.
@@ -17,6 +25,13 @@ pub const CORNERS: usize = 16;
 pub type Model = hysteron::model::Model<f64, PLAYS, CORNERS>;
 /// Its inverse.
 pub type Compensator = hysteron::compensator::Compensator<f64, PLAYS, CORNERS>;
+
+/// A stage with the effects around its hysteresis.
+pub type Chain = hysteron::chain::Chain<f64, PLAYS, CORNERS>;
+/// Most reference samples that a preview looks at.
+pub const WINDOW: usize = 128;
+/// Its inverse.
+pub type Cascade = hysteron::cascade::Cascade<f64, PLAYS, CORNERS, WINDOW, 1>;
 
 /// The model for samples that are `sample_time_s` seconds apart.
 ///
@@ -49,6 +64,58 @@ pub fn compensator(file: &ModelFile, sample_time_s: f64) -> Result<Compensator, 
         })
 }
 
+/// The model of a file with all effects of its stages.
+///
+/// # Errors
+/// As [`model`].
+pub fn chain(file: &ModelFile, sample_time_s: f64) -> Result<Chain, Error> {
+    let model = model(file, sample_time_s)?;
+    let effects = effects(file, sample_time_s).map_err(|(stage, refused)| {
+        Error::request(format!(
+            "model \"{}\": {stage}.{refused}; correct it in the model file",
+            file.name
+        ))
+    })?;
+    Ok(Chain::new(model, effects))
+}
+
+/// The inverse of [`chain`], with a preview inverse where there is a rate term.
+///
+/// # Errors
+/// As [`chain`], and parameters of the inverse that leave the range of numbers.
+pub fn cascade(file: &ModelFile, sample_time_s: f64) -> Result<Cascade, Error> {
+    let chain = chain(file, sample_time_s)?;
+    let hysteresis = chain.model().hysteresis();
+    let preview = (hysteresis.beta() > 0.0).then(|| PreviewSettings {
+        window: window_for(hysteresis).min(WINDOW),
+        sweeps: 3,
+        correction: 0.0,
+    });
+    Cascade::new(&chain, preview).map_err(|refused| {
+        Error::request(format!("model \"{}\" has no inverse: {refused}", file.name))
+    })
+}
+
+/// The drive in volts that a cascade yields for a reference in micrometres, aligned with it: the
+/// reference rests at its last sample for as long as the cascade looks ahead.
+///
+/// # Errors
+/// A reference that is not finite.
+pub fn compensate_ahead(cascade: &Cascade, reference: &[f64]) -> Result<Vec<f64>, SampleError> {
+    let (Some(&first), Some(&last)) = (reference.first(), reference.last()) else {
+        return Ok(Vec::new());
+    };
+    let mut state = Box::new(cascade.start(first)?);
+    let ahead = std::iter::repeat_n(last, cascade.latency());
+    reference
+        .iter()
+        .copied()
+        .chain(ahead)
+        .map(|v| cascade.step(&mut state, v))
+        .skip(cascade.latency())
+        .collect()
+}
+
 /// The drive in volts for a reference in micrometres through a model file of any kind, from rest.
 ///
 /// # Errors
@@ -78,7 +145,12 @@ pub fn displacement(
         let mut state = model.start();
         return Ok(drive.iter().map(|&u| model.step(&mut state, u)).collect());
     }
-    Ok(simulate(&model(file, sample_time_s)?, drive))
+    let chain = chain(file, sample_time_s)?;
+    let Some(&first) = drive.first() else {
+        return Ok(Vec::new());
+    };
+    let mut state = chain.start(first);
+    Ok(drive.iter().map(|&u| chain.step(&mut state, u)).collect())
 }
 
 /// The drive in volts for a reference in micrometres, from plays at zero.
@@ -124,4 +196,39 @@ fn build(file: &ModelFile, sample_time_s: f64) -> Result<Model, ParameterError> 
     });
     let (gain, offset) = file.output();
     Model::new(operator, map.transpose()?, gain, offset)
+}
+
+fn effects(file: &ModelFile, h: f64) -> Result<Effects<f64>, (&'static str, ParameterError)> {
+    let mut effects = Effects::default();
+    let mut modes = effects.resonances.iter_mut();
+    for stage in file.effects() {
+        let refused = |refused| (stage.name(), refused);
+        match stage {
+            Stage::AmplifierLag(lag) => {
+                effects.amplifier_lag = Some(Lag::new(lag.tau_s, h).map_err(refused)?);
+            }
+            Stage::TransportDelay(delay) => {
+                effects.transport_delay = Some(Delay::new(delay.delay_s, h).map_err(refused)?);
+            }
+            Stage::Quadratic(map) => {
+                effects.quadratic = Some(Quadratic::new(map.q).map_err(refused)?);
+            }
+            Stage::Cubic(map) => effects.cubic = Some(Cubic::new(map.c).map_err(refused)?),
+            Stage::Resonance(mode) => {
+                let Some(slot) = modes.next() else {
+                    return Err(refused(ParameterError::TooLarge(Field::Modes)));
+                };
+                *slot = Some(Resonance::new(mode.f_n_hz, mode.zeta, h).map_err(refused)?);
+            }
+            Stage::Creep(creep) => {
+                let built = Creep::new(creep.gain_per_decade, creep.tau_min_s, creep.tau_max_s, h);
+                effects.creep = Some(built.map_err(refused)?);
+            }
+            Stage::Hysteresis(_)
+            | Stage::Asymmetry(_)
+            | Stage::Output(_)
+            | Stage::ModifiedPlay(_) => {}
+        }
+    }
+    Ok(effects)
 }

@@ -87,6 +87,12 @@ fn convert(stage: &model_file::Stage) -> Result<Stage, String> {
             sample_time_s: model.sample_time_s as f32,
             law: model.law.into(),
         },
+        effect => {
+            return Err(format!(
+                "has a stage {}, which the firmware does not undo; upload a model without it",
+                effect.name()
+            ));
+        }
     })
 }
 

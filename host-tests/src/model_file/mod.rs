@@ -5,6 +5,7 @@
 //! core when the model is built.
 
 mod builtin;
+mod effects;
 mod modified_play;
 mod parse;
 mod write;
@@ -13,6 +14,7 @@ use schemars::{JsonSchema, Schema};
 use serde::{Deserialize, Serialize};
 
 pub use builtin::{BUILTIN_NAMES, builtin, resolve};
+pub use effects::{AmplifierLag, Creep, Cubic, Quadratic, Resonance, TransportDelay};
 pub use modified_play::{Harmonics, Law, ModifiedPlay};
 pub use parse::{load, parse};
 
@@ -108,6 +110,18 @@ pub enum Stage {
     Output(Output),
     /// The modified play model, alone.
     ModifiedPlay(ModifiedPlay),
+    /// The amplifier's lag, before the hysteresis.
+    AmplifierLag(AmplifierLag),
+    /// The delay before the hysteresis.
+    TransportDelay(TransportDelay),
+    /// Even curvature behind the hysteresis.
+    Quadratic(Quadratic),
+    /// Odd curvature behind the hysteresis.
+    Cubic(Cubic),
+    /// A mechanical mode; up to three of them.
+    Resonance(Resonance),
+    /// Creep.
+    Creep(Creep),
 }
 
 /// Rate-dependent Prandtl-Ishlinskii operator: w = a_0 u + sum a_i z_i, where z_i is a play of u with
@@ -165,6 +179,31 @@ impl Stage {
             Self::Asymmetry(_) => "asymmetry",
             Self::Output(_) => "output",
             Self::ModifiedPlay(_) => "modified-play",
+            Self::AmplifierLag(_) => "amplifier-lag",
+            Self::TransportDelay(_) => "transport-delay",
+            Self::Quadratic(_) => "quadratic",
+            Self::Cubic(_) => "cubic",
+            Self::Resonance(_) => "resonance",
+            Self::Creep(_) => "creep",
+        }
+    }
+
+    /// Keys and numbers of an effect; none for the other stages.
+    pub fn effect_numbers(&self) -> Vec<(&'static str, f64)> {
+        match self {
+            Self::AmplifierLag(lag) => vec![("tau_s", lag.tau_s)],
+            Self::TransportDelay(delay) => vec![("delay_s", delay.delay_s)],
+            Self::Quadratic(map) => vec![("q", map.q)],
+            Self::Cubic(map) => vec![("c", map.c)],
+            Self::Resonance(mode) => vec![("f_n_hz", mode.f_n_hz), ("zeta", mode.zeta)],
+            Self::Creep(creep) => vec![
+                ("gain_per_decade", creep.gain_per_decade),
+                ("tau_min_s", creep.tau_min_s),
+                ("tau_max_s", creep.tau_max_s),
+            ],
+            Self::Hysteresis(_) | Self::Asymmetry(_) | Self::Output(_) | Self::ModifiedPlay(_) => {
+                Vec::new()
+            }
         }
     }
 }
@@ -211,10 +250,17 @@ impl ModelFile {
             match stage {
                 Stage::Hysteresis(hysteresis) => hysteresis.beta_s = 0.0,
                 Stage::ModifiedPlay(model) => (model.alpha_s, model.beta_s) = (0.0, 0.0),
-                Stage::Asymmetry(_) | Stage::Output(_) => {}
+                _ => {}
             }
         }
         self
+    }
+
+    /// The effects around the hysteresis, in the order of the signal.
+    pub fn effects(&self) -> impl Iterator<Item = &Stage> {
+        self.stages
+            .iter()
+            .filter(|stage| !stage.effect_numbers().is_empty())
     }
 
     /// Gain in um/V and offset in um: 1 and 0 where there is no output stage.
@@ -233,6 +279,18 @@ impl ModelFile {
             // A stage is a flat set of numbers: it always becomes an object.
             if let Ok(serde_json::Value::Object(mut fields)) = serde_json::to_value(stage) {
                 fields.remove("name");
+                // Effects share keys, and modes come more than once.
+                for (key, value) in stage.effect_numbers() {
+                    fields.remove(key);
+                    let key = format!("{}.{key}", stage.name());
+                    let mut free = key.clone();
+                    let mut number = 1;
+                    while parameters.contains_key(&free) {
+                        number += 1;
+                        free = format!("{key}.{number}");
+                    }
+                    parameters.insert(free, value.into());
+                }
                 parameters.append(&mut fields);
             }
         }

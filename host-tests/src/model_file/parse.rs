@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use hysteron::chain::MODES;
 use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -11,7 +12,17 @@ use crate::error::{Error, Place, quoted};
 use crate::toml_text::{Step, Steps, TomlText, read_text};
 
 /// Stage names in the order in which they may stand.
-const ORDER: [&str; 3] = ["hysteresis", "asymmetry", "output"];
+const ORDER: [&str; 9] = [
+    "amplifier-lag",
+    "transport-delay",
+    "hysteresis",
+    "asymmetry",
+    "quadratic",
+    "cubic",
+    "resonance",
+    "creep",
+    "output",
+];
 /// The name of the stage that stands alone.
 const ALONE: &str = "modified-play";
 
@@ -141,6 +152,12 @@ fn read_stage<'a>(stage: Spanned<DeValue<'a>>, toml: &TomlText<'a>) -> Result<St
         Some("hysteresis") => toml.typed(body).map(Stage::Hysteresis),
         Some("asymmetry") => toml.typed(body).map(Stage::Asymmetry),
         Some("output") => toml.typed(body).map(Stage::Output),
+        Some("amplifier-lag") => toml.typed(body).map(Stage::AmplifierLag),
+        Some("transport-delay") => toml.typed(body).map(Stage::TransportDelay),
+        Some("quadratic") => toml.typed(body).map(Stage::Quadratic),
+        Some("cubic") => toml.typed(body).map(Stage::Cubic),
+        Some("resonance") => toml.typed(body).map(Stage::Resonance),
+        Some("creep") => toml.typed(body).map(Stage::Creep),
         Some(ALONE) => toml.typed(body).map(Stage::ModifiedPlay),
         Some(other) => Err(place.error(format!(
             "there is no stage {}; the stages are {known}",
@@ -164,7 +181,7 @@ fn check_order(stages: &[Stage], toml: &TomlText<'_>) -> Result<(), Error> {
     let rank = |stage: &Stage| ORDER.iter().position(|name| *name == stage.name());
     for (index, pair) in stages.windows(2).enumerate() {
         let (before, after) = (pair[0].name(), pair[1].name());
-        if before == after {
+        if before == after && after != "resonance" {
             let problem = format!("a second stage {after}; keep one");
             return Err(place(index + 1).error(problem));
         }
@@ -175,9 +192,15 @@ fn check_order(stages: &[Stage], toml: &TomlText<'_>) -> Result<(), Error> {
             )));
         }
     }
-    match stages.first() {
-        Some(Stage::Hysteresis(_) | Stage::ModifiedPlay(_)) => Ok(()),
-        _ => Err(place(0).error("the first stage is not hysteresis; add it")),
+    let modes = stages.iter().filter(|stage| stage.name() == "resonance");
+    if modes.count() > MODES {
+        return Err(place(0).error(format!("more than {MODES} stages resonance; keep {MODES}")));
+    }
+    let core = |stage: &Stage| matches!(stage, Stage::Hysteresis(_) | Stage::ModifiedPlay(_));
+    if stages.iter().any(core) {
+        Ok(())
+    } else {
+        Err(place(0).error("there is no stage hysteresis; add it"))
     }
 }
 
@@ -241,6 +264,10 @@ fn check_stage(stage: &Stage) -> Result<(), Fault> {
                 .into_iter()
                 .try_for_each(|(key, number)| check_number(&[Step::Key(key)], number))
         }
+        effect => effect
+            .effect_numbers()
+            .into_iter()
+            .try_for_each(|(key, number)| check_number(&[Step::Key(key)], number)),
     }
 }
 

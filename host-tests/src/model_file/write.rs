@@ -58,6 +58,11 @@ impl ModelFile {
                         ("law", format!("\"{law}\"")),
                     ]
                 }
+                effect => effect
+                    .effect_numbers()
+                    .into_iter()
+                    .map(|(key, value)| (key, number(value)))
+                    .collect(),
             };
             // Writing to a String cannot fail.
             let _ = write!(text, "\n[[stage]]\nname = \"{}\"\n", stage.name());

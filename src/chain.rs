@@ -69,9 +69,15 @@ impl<T: Real, const N: usize, const M: usize> Chain<T, N, M> {
     /// State after a long rest at the drive `first` (V): plays at zero or as near to it as that
     /// drive allows, lags and modes settled, creep done.
     pub fn start(&self, first: T) -> ChainState<T, N> {
+        self.start_from(first, self.model.start(first))
+    }
+
+    /// As [`Chain::start`] with plays that stand elsewhere; `hysteresis` is the state before the drive
+    /// `first`.
+    pub fn start_from(&self, first: T, hysteresis: State<T, N>) -> ChainState<T, N> {
         let effects = &self.effects;
-        let mut hysteresis = self.model.start(first);
-        let w = self.bend(self.model.hysteresis().step(&mut hysteresis, first));
+        let mut settled = hysteresis;
+        let w = self.bend(self.model.hysteresis().step(&mut settled, first));
         ChainState {
             amplifier_lag: effects.amplifier_lag.map(|lag| lag.start(first)),
             transport_delay: effects.transport_delay.map(|delay| delay.start(first)),

@@ -6,7 +6,9 @@ use clap::{Args, ValueEnum};
 
 use hysteron_host::dataset::Dataset;
 use hysteron_host::error::Error;
-use hysteron_host::identify::{Identification, Options, RecordWeights, Thresholds, identify, page};
+use hysteron_host::identify::{
+    Effect, Identification, Options, RecordWeights, Thresholds, identify, page,
+};
 use hysteron_host::output::OutputFolder;
 use hysteron_host::report::format_number;
 
@@ -37,6 +39,19 @@ pub struct Arguments {
     /// Weight of the records: the same for all, or by hysteresis percent as in paper J.
     #[arg(long, value_enum, default_value_t)]
     record_weights: Weights,
+    /// Effects to fit together with the hysteresis, as a list with commas.
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "LIST")]
+    effects: Vec<EffectChoice>,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum EffectChoice {
+    AmplifierLag,
+    TransportDelay,
+    Quadratic,
+    Cubic,
+    Resonance,
+    Creep,
 }
 
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]
@@ -69,6 +84,19 @@ enum Weights {
     Hysteresis,
 }
 
+impl From<EffectChoice> for Effect {
+    fn from(choice: EffectChoice) -> Self {
+        match choice {
+            EffectChoice::AmplifierLag => Self::AmplifierLag,
+            EffectChoice::TransportDelay => Self::TransportDelay,
+            EffectChoice::Quadratic => Self::Quadratic,
+            EffectChoice::Cubic => Self::Cubic,
+            EffectChoice::Resonance => Self::Resonance,
+            EffectChoice::Creep => Self::Creep,
+        }
+    }
+}
+
 impl Arguments {
     fn options(&self) -> Options {
         Options {
@@ -88,6 +116,7 @@ impl Arguments {
                 Weights::Equal => RecordWeights::Equal,
                 Weights::Hysteresis => RecordWeights::Hysteresis,
             },
+            effects: self.effects.iter().map(|&effect| effect.into()).collect(),
         }
     }
 }

@@ -7,10 +7,15 @@
 //!    beta is fitted where the records move over a decade of frequencies or more;
 //! 3. thresholds are freed, beta and the asymmetry map are added, each only if it helps.
 //!
+//! Effects around the hysteresis that are asked for by name are fitted together with it, on an even
+//! spread of plays, in place of 2 and 3.
+//!
 //! The records with the role `report` are scored once, at the end.
 
 mod cycles;
+mod effects;
 mod fit;
+mod joint;
 mod map;
 mod noise;
 mod outcome;
@@ -23,6 +28,7 @@ mod search;
 mod spectrum;
 mod start;
 
+pub use effects::Effect;
 pub use fit::Thresholds;
 pub use noise::Source;
 pub use outcome::{Identification, RecordFigures, Rms};

@@ -17,6 +17,7 @@ use super::start::Start;
 /// What the search hands over.
 pub(super) struct Findings {
     pub fitted: Fitted,
+    pub effects: Vec<Stage>,
     pub thresholds: Thresholds,
     pub beta_visible: bool,
     pub beta_fitted: bool,
@@ -94,7 +95,7 @@ pub struct Identification {
 
 impl Identification {
     pub(super) fn new(dataset: &Dataset, runs: &Runs, found: Findings) -> Result<Self, Error> {
-        let mut model = model_file(&dataset.name, &found.fitted, runs.sign);
+        let mut model = model_file(&dataset.name, &found.fitted, &found.effects, runs.sign);
         // What is scored is the file that is written, run by the core that will be flashed.
         let predicted = runs
             .runs
@@ -198,6 +199,12 @@ impl Identification {
             Some(_) => "with an asymmetry map",
             None => "symmetric",
         };
+        let effects: Vec<&str> = self.model.effects().map(Stage::name).collect();
+        let map = if effects.is_empty() {
+            map.to_owned()
+        } else {
+            format!("{map}, with {}", effects.join(", "))
+        };
         format!(
             "{plays} play operator{}, {map}, {rate}, gain {:.5} um/V",
             if plays == 1 { "" } else { "s" },
@@ -286,13 +293,18 @@ fn median_frequency(drive: &[f64], sample_time_s: f64) -> Option<f64> {
 
 /// The fitted stage with its gain taken out of the weights: their sum is one, so that core and map
 /// compute in volts. `sign` is that of the stage's gain.
-pub(super) fn model_file(name: &str, fitted: &Fitted, sign: f64) -> ModelFile {
+pub(super) fn model_file(name: &str, fitted: &Fitted, effects: &[Stage], sign: f64) -> ModelFile {
     let gain: f64 = fitted.weights.iter().sum();
-    let mut stages = vec![Stage::Hysteresis(Hysteresis {
+    let (before, behind): (Vec<Stage>, Vec<Stage>) = effects
+        .iter()
+        .cloned()
+        .partition(|stage| matches!(stage, Stage::AmplifierLag(_) | Stage::TransportDelay(_)));
+    let mut stages = before;
+    stages.push(Stage::Hysteresis(Hysteresis {
         thresholds_v: fitted.plays.thresholds.clone(),
         weights: fitted.weights.iter().map(|a| a / gain).collect(),
         beta_s: fitted.plays.beta,
-    })];
+    }));
     if let Some(map) = &fitted.map {
         let (positive_slopes, positive) = map.positive.dead_zones(gain);
         let (negative_slopes, negative) = map.negative.dead_zones(gain);
@@ -304,6 +316,7 @@ pub(super) fn model_file(name: &str, fitted: &Fitted, sign: f64) -> ModelFile {
             },
         }));
     }
+    stages.extend(behind);
     stages.push(Stage::Output(Output {
         gain_um_per_v: sign * gain,
         offset_um: 0.0,
@@ -313,8 +326,8 @@ pub(super) fn model_file(name: &str, fitted: &Fitted, sign: f64) -> ModelFile {
 
 /// Displacement in micrometres by the core along a run, from the run's own start.
 fn run_model(file: &ModelFile, run: &Run) -> Result<Vec<f64>, Error> {
-    let model = stage::model(file, run.sample_time_s)?;
-    let operator = model.hysteresis();
+    let chain = stage::chain(file, run.sample_time_s)?;
+    let operator = chain.model().hysteresis();
     let begin = |z: &[f64]| {
         operator
             .start_from(run.before(0), z)
@@ -325,15 +338,15 @@ fn run_model(file: &ModelFile, run: &Run) -> Result<Vec<f64>, Error> {
         .iter()
         .map(|&r| run.start.play(run.drive[0], r).0)
         .collect();
-    let mut state = begin(&z)?;
+    let mut state = chain.start_from(run.before(0), begin(&z)?);
     if run.start == Start::Periodic {
         for &u in &run.drive {
-            model.step(&mut state, u);
+            chain.step(&mut state, u);
         }
     }
     Ok(run
         .drive
         .iter()
-        .map(|&u| model.step(&mut state, u))
+        .map(|&u| chain.step(&mut state, u))
         .collect())
 }

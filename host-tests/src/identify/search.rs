@@ -10,7 +10,9 @@ use crate::metrics::hysteresis_percent;
 use crate::model_file::ModelFile;
 
 use super::cycles::{range, turning_points};
+use super::effects::Effect;
 use super::fit::{Fit, Fitted, Thresholds};
+use super::joint::JointFit;
 use super::map::Map;
 use super::noise;
 use super::outcome::{Findings, Identification, model_file};
@@ -20,6 +22,8 @@ use super::score::{choose_starts, predict, score};
 
 /// Numbers of plays that are tried.
 const PLAYS: [usize; 13] = [1, 2, 3, 4, 5, 6, 8, 10, 12, 14, 16, 20, 24];
+/// Plays that effects are fitted beside: enough that what is left over is not the hysteresis.
+const PLAYS_WITH_EFFECTS: usize = 12;
 /// Rows used while searching, and for the final fit.
 const ROWS: Range<usize> = 4_000..200_000;
 /// By how much a richer structure must lower the score on the records for selection.
@@ -43,7 +47,7 @@ pub enum RecordWeights {
 }
 
 /// What may be fitted.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Options {
     /// Number of plays; `None` chooses.
     pub plays: Option<usize>,
@@ -55,6 +59,8 @@ pub struct Options {
     pub asymmetry: bool,
     /// Weights of the records.
     pub weights: RecordWeights,
+    /// Effects to fit together with the hysteresis; then there is no search, and no map.
+    pub effects: Vec<Effect>,
 }
 
 impl Default for Options {
@@ -65,6 +71,7 @@ impl Default for Options {
             beta: None,
             asymmetry: true,
             weights: RecordWeights::Equal,
+            effects: Vec::new(),
         }
     }
 }
@@ -84,6 +91,9 @@ pub fn identify(
     let beta_visible = runs.frequency_span >= DECADE;
     let with_beta = options.beta.unwrap_or(beta_visible);
 
+    if !options.effects.is_empty() {
+        return with_effects(dataset, runs, options, with_beta, noise, progress);
+    }
     progress("states at the start of the records");
     for plays in [4, 8] {
         let fit = Fit {
@@ -161,9 +171,46 @@ pub fn identify(
     fitted = fit.minimise(&fitted, thresholds, beta_fitted).pruned();
     let findings = Findings {
         fitted,
+        effects: Vec::new(),
         thresholds,
         beta_visible,
         beta_fitted,
+        noise,
+    };
+    Identification::new(dataset, &runs, findings)
+}
+
+/// Fits the effects that were asked for together with the hysteresis.
+fn with_effects(
+    dataset: &Dataset,
+    mut runs: Runs,
+    options: &Options,
+    with_beta: bool,
+    noise: Option<(f64, noise::Source)>,
+    progress: &(dyn Fn(&str) + Sync),
+) -> Result<Identification, Error> {
+    let beta_visible = runs.frequency_span >= DECADE;
+    progress("hysteresis and effects together");
+    runs.give_back();
+    let fit = JointFit::new(&runs, with_beta);
+    let joint = fit.fit(
+        options.plays.unwrap_or(PLAYS_WITH_EFFECTS),
+        &options.effects,
+    )?;
+    let fitted = Fitted {
+        plays: joint.plays,
+        weights: joint.weights,
+        map: None,
+        rms: joint.rms,
+    };
+    let fitted = fitted.pruned();
+    let gain = fitted.weights.iter().sum();
+    let findings = Findings {
+        effects: joint.terms.stages(fit.scale(), gain),
+        fitted,
+        thresholds: Thresholds::Fixed,
+        beta_visible,
+        beta_fitted: with_beta,
         noise,
     };
     Identification::new(dataset, &runs, findings)
@@ -200,7 +247,10 @@ pub fn fit_spaced(
         most_rows: ROWS.end,
     };
     let fitted = spaced(&fit, plays.max(1), with_beta);
-    Ok((model_file(&dataset.name, &fitted, runs.sign), fitted.rms))
+    Ok((
+        model_file(&dataset.name, &fitted, &[], runs.sign),
+        fitted.rms,
+    ))
 }
 
 /// The best model with the fewest plays on one spacing.

@@ -170,6 +170,7 @@ fn identified(dataset: Dataset) -> Result<Identified, Error> {
         beta: Some(true),
         asymmetry: false,
         weights: RecordWeights::Hysteresis,
+        effects: Vec::new(),
     };
     let found = identify(&dataset, &options, &|_| {})?;
     let percents = dataset

@@ -20,7 +20,9 @@
 //! With the rate `|u - u_previous| / h` in place of a held one, the map is mostly not monotone: its
 //! slopes become `2A + (1 - alpha / h) (s_1 + .. + s_m)`. The rate that is held is the caller's
 //! ([`Dim::step_with_rate`]); [`Dim::step`] takes that of the drive one sample before in the exact
-//! law, and of the drive itself, once it is known, in the printed one.
+//! law, and of the drive itself, once it is known, in the printed one. The rate of the drive before is
+//! an iteration, too: with plays of slopes `S` together sliding, a change of it is passed on by
+//! `alpha S / (h (2A + S))`, so above one the drive chatters, within the gaps of the plays.
 //!
 //! The outputs in `H^` are simulated ones. The drive is held within `-u_max..=u_max`, where the plane
 //! is defined, and the simulation is given the drive that was so held. So whatever the coefficients,

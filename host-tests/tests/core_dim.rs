@@ -180,43 +180,6 @@ proptest! {
             before = u;
         }
     }
-
-    /// Whatever the coefficients and the reference, in single precision.
-    #[test]
-    fn no_coefficients_make_a_drive_that_is_no_number(
-        exponents in prop::array::uniform16((-38.0f64..38.0, any::<bool>())),
-        references in prop::collection::vec((-38.0f64..38.0, any::<bool>()), 1..60),
-    ) {
-        let number = |(exponent, negative): (f64, bool)| {
-            let size = 10f64.powf(exponent) as f32;
-            if negative { -size } else { size }
-        };
-        let values = exponents.map(number);
-        let basis: Basis<f32, 4> = BasisParameters {
-            u_max: values[0].abs().clamp(1e-30, 1e30),
-            divisions: 4,
-            alpha: values[1].abs().min(1e30),
-            beta: values[2].abs().min(1e30),
-            harmonics: Harmonics::Printed,
-            frequency: 50.0,
-        }
-        .build(1e-4)
-        .unwrap();
-        let list: [f32; 10] = std::array::from_fn(|i| values[6 + i]);
-        let slopes = [values[3], values[4], values[5], 0.5 * values[3]];
-        // What is refused cannot do harm.
-        let plane = LinearPlane::new(basis.grid(), &slopes, 0.0);
-        let model = plane.and_then(|plane| ModifiedPlay::new(&basis, plane, Terms::from_list(&list)));
-        let Ok(model) = model else { return Ok(()) };
-        for dim in [Dim::printed(model), Dim::exact(model)].into_iter().flatten() {
-            let mut state = dim.start();
-            for &reference in &references {
-                let u = dim.step(&mut state, number(reference)).unwrap();
-                prop_assert!(u.abs() <= basis.grid().u_max(), "{u}");
-                prop_assert!(state.model().outputs().iter().all(|y| y.is_finite()));
-            }
-        }
-    }
 }
 
 /// Ten divisions, memory `share` of the gain, 25 Hz, nothing but plays.
@@ -276,6 +239,23 @@ fn the_hidden_delay_lags_and_then_chatters() {
         assert!(*chatter < 0.05, "{chatter}");
     }
     assert!(found[5].1 > 0.2 && found[5].0 > 0.03, "{found:?}");
+}
+
+/// The rate of the drive before is an iteration of its own: a sample in which all plays slide passes on
+/// `alpha S / (h (2A + S))` of a change of the rate.
+#[test]
+fn the_rate_of_the_drive_before_settles_or_chatters() {
+    let chatter = |passed_on: f64| {
+        let mut case = plays_only(1.0);
+        case.alpha = passed_on * DT * 2.0;
+        case.beta = case.alpha;
+        error(&case, &Dim::exact(case.model()).unwrap()).1
+    };
+    let rest = chatter(0.0);
+    for passed_on in [0.1, 0.5, 0.9] {
+        assert!(chatter(passed_on) < 1.5 * rest, "{passed_on}");
+    }
+    assert!(chatter(1.5) > 4.0 * rest && chatter(4.0) > 20.0 * rest);
 }
 
 /// Why the rate has to be held: with the rate of the drive sought inside the map, at alpha/h = 8.5, it

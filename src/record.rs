@@ -2,7 +2,7 @@
 //!
 //! The stages are a list in the order of the signal, drive to displacement, so that a new effect is a
 //! new kind of [`Stage`] and needs no new message. A record is judged whole by
-//! [`ModelRecord::build`]; nothing of a bad one comes into force.
+//! [`ModelRecord::compensator`]; nothing of a bad one comes into force.
 
 use heapless::Vec;
 use serde::{Deserialize, Serialize};

@@ -79,8 +79,7 @@ impl<T: Real, const N: usize, P: Plane<T, N>> Dim<T, N, P> {
     /// A `2A` that nearly vanishes beside the slopes of the plays, [`SMALLEST_SLOPE`].
     pub fn printed(model: ModifiedPlay<T, N, P>) -> Result<Self, ParameterError> {
         let gain = model.plane().gain();
-        let slopes = model.plane().bank_weights();
-        let sum = slopes.iter().fold(gain.abs(), |sum, s| sum + s.abs());
+        let sum = gain.abs() + model.plane().steepest();
         let per_gain = reciprocal(gain, sum).ok_or(ParameterError::Zero(Field::Slopes))?;
         Ok(Self {
             model,
@@ -239,10 +238,7 @@ impl<T: Real, const N: usize> Dim<T, N, LinearPlane<T, N>> {
         };
         let plane = model.plane();
         let gain = plane.gain();
-        let total = plane
-            .slopes()
-            .iter()
-            .fold(gain.abs(), |sum, s| sum + s.abs());
+        let total = gain.abs() + plane.steepest();
         let mut below = gain;
         for (i, (ratio, &slope)) in dim.ratios.iter_mut().zip(plane.slopes()).enumerate() {
             let beyond = below + slope;

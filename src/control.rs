@@ -64,13 +64,13 @@ impl Setup {
         settings: &Valid,
         model: Option<&ModelRecord>,
     ) -> Result<(), RecordError> {
-        let compensator = model
-            .map(|record| record.compensator(settings.sample_time))
-            .transpose()?;
-        *self = Self {
-            compensator,
-            ..Self::new(settings)
-        };
+        match model {
+            Some(record) => record.put_compensator(settings.sample_time, &mut self.compensator)?,
+            None => self.compensator = None,
+        }
+        // Field by field: a whole setup on its way would double its room on the stack.
+        let bench = Self::new(settings);
+        (self.limits, self.dac, self.miss_limit) = (bench.limits, bench.dac, bench.miss_limit);
         Ok(())
     }
 }

@@ -20,7 +20,9 @@
 //! With the rate `|u - u_previous| / h` in place of a held one, the map is mostly not monotone: its
 //! slopes become `2A + (1 - alpha / h) (s_1 + .. + s_m)`. The rate that is held is the caller's
 //! ([`Dim::step_with_rate`]); [`Dim::step`] takes that of the drive one sample before in the exact
-//! law, and of the drive itself, once it is known, in the printed one.
+//! law, and of the drive itself, once it is known, in the printed one. The rate of the drive before is
+//! an iteration, too: with plays of slopes `S` together sliding, a change of it is passed on by
+//! `alpha S / (h (2A + S))`, so above one the drive chatters, within the gaps of the plays.
 //!
 //! The outputs in `H^` are simulated ones. The drive is held within `-u_max..=u_max`, where the plane
 //! is defined, and the simulation is given the drive that was so held. So whatever the coefficients,
@@ -59,8 +61,6 @@ pub struct Dim<T, const N: usize, P> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct State<T, const N: usize> {
     model: modified_play::State<T, N>,
-    /// `H` after the last sample.
-    memory: T,
     /// Rate of the drive there, in V/s, or the one that was given for it.
     rate: T,
 }
@@ -79,8 +79,7 @@ impl<T: Real, const N: usize, P: Plane<T, N>> Dim<T, N, P> {
     /// A `2A` that nearly vanishes beside the slopes of the plays, [`SMALLEST_SLOPE`].
     pub fn printed(model: ModifiedPlay<T, N, P>) -> Result<Self, ParameterError> {
         let gain = model.plane().gain();
-        let slopes = model.plane().bank_weights();
-        let sum = slopes.iter().fold(gain.abs(), |sum, s| sum + s.abs());
+        let sum = gain.abs() + model.plane().steepest();
         let per_gain = reciprocal(gain, sum).ok_or(ParameterError::Zero(Field::Slopes))?;
         Ok(Self {
             model,
@@ -92,10 +91,8 @@ impl<T: Real, const N: usize, P: Plane<T, N>> Dim<T, N, P> {
 
     /// At rest; see [`modified_play::Basis::start`].
     pub fn start(&self) -> State<T, N> {
-        let model = self.model.start();
         State {
-            memory: self.model.plane().memory(T::ZERO, &model.plays()),
-            model,
+            model: self.model.start(),
             rate: T::ZERO,
         }
     }
@@ -106,25 +103,7 @@ impl<T: Real, const N: usize, P: Plane<T, N>> Dim<T, N, P> {
     /// A reference that is infinite or NaN is turned away; the state is unchanged.
     #[inline(always)]
     pub fn step(&self, state: &mut State<T, N>, reference: T) -> Result<T, SampleError> {
-        self.drive(state, reference, None)
-    }
-
-    /// Drive for the next sample of the reference with the envelopes opened by a `rate` known from
-    /// elsewhere, in V/s; its sign does not matter.
-    ///
-    /// # Errors
-    /// As [`Dim::step`], and a rate that is infinite or NaN.
-    #[inline(always)]
-    pub fn step_with_rate(
-        &self,
-        state: &mut State<T, N>,
-        reference: T,
-        rate: T,
-    ) -> Result<T, SampleError> {
-        if !rate.is_finite() {
-            return Err(SampleError::NotFinite);
-        }
-        self.drive(state, reference, Some(rate))
+        self.step_from(state, reference, false)
     }
 
     /// As [`Dim::step`], and `at_rest` as if drive and reference had stood there before: the rate is
@@ -139,7 +118,39 @@ impl<T: Real, const N: usize, P: Plane<T, N>> Dim<T, N, P> {
         reference: T,
         at_rest: bool,
     ) -> Result<T, SampleError> {
-        self.drive(state, reference, at_rest.then_some(T::ZERO))
+        // A factor, not a branch: the two ways would be compiled apart, and the interrupt has both.
+        let moving = if at_rest { T::ZERO } else { T::ONE };
+        let held = moving * state.rate;
+        let (drive, past) = self.solve(state, reference, held)?;
+        let own = moving * self.model.basis().backward_rate(&state.model, drive);
+        let rate = match self.law {
+            Law::Printed => own,
+            Law::Exact => held,
+        };
+        self.model.respond(&mut state.model, drive, rate, past);
+        state.rate = own;
+        Ok(drive)
+    }
+
+    /// Drive for the next sample of the reference with the envelopes opened by a `rate` known from
+    /// elsewhere, in V/s; its sign does not matter. It is also what a next [`Dim::step`] takes for the
+    /// rate before.
+    ///
+    /// # Errors
+    /// As [`Dim::step`], and a rate that is infinite or NaN.
+    pub fn step_with_rate(
+        &self,
+        state: &mut State<T, N>,
+        reference: T,
+        rate: T,
+    ) -> Result<T, SampleError> {
+        if !rate.is_finite() {
+            return Err(SampleError::NotFinite);
+        }
+        let (drive, past) = self.solve(state, reference, rate)?;
+        self.model.respond(&mut state.model, drive, rate, past);
+        state.rate = rate;
+        Ok(drive)
     }
 
     /// Lets the harmonic terms begin anew with the next sample, at the angle zero: where a new motion
@@ -149,65 +160,58 @@ impl<T: Real, const N: usize, P: Plane<T, N>> Dim<T, N, P> {
         self.model.basis().reset_angle(&mut state.model);
     }
 
+    /// The drive, and what the model's output holds of the samples before.
     #[inline(always)]
-    fn drive(
-        &self,
-        state: &mut State<T, N>,
-        reference: T,
-        rate: Option<T>,
-    ) -> Result<T, SampleError> {
+    fn solve(&self, state: &mut State<T, N>, reference: T, rate: T) -> Result<(T, T), SampleError> {
         if !reference.is_finite() {
             return Err(SampleError::NotFinite);
         }
         let past = self.model.past(&mut state.model);
         let target = reference - past;
         // Where no play moves.
-        let mut drive = (target - state.memory) * self.per_gain;
+        let mut drive = (target - self.model.memory(&state.model)) * self.per_gain;
         if let Law::Exact = self.law {
-            drive = self.slide(state, drive, rate.unwrap_or(state.rate));
+            drive = self.slide(state, drive, rate);
         }
         let u_max = self.model.grid().u_max();
-        let drive = max(min(drive, u_max), -u_max);
-        let own = self.model.basis().backward_rate(&state.model, drive);
-        let opening = match (rate, self.law) {
-            (Some(rate), _) => rate,
-            (None, Law::Printed) => own,
-            (None, Law::Exact) => state.rate,
-        };
-        (_, state.memory) = self.model.respond(&mut state.model, drive, opening, past);
-        state.rate = rate.unwrap_or(own);
-        Ok(drive)
+        Ok((max(min(drive, u_max), -u_max), past))
     }
 
     /// Takes a drive that was found with no play moving to where the plays that it would pass do move.
     #[inline(always)]
-    fn slide(&self, state: &State<T, N>, mut drive: T, rate: T) -> T {
+    fn slide(&self, state: &State<T, N>, drive: T, rate: T) -> T {
         let basis = self.model.basis();
-        let plays = state.model.plays();
-        let rows = plays.iter().zip(basis.thresholds()).zip(&self.ratios);
-        let open = basis.slopes().from_rate(T::ZERO, rate);
         // A state that drives can lead to has its upper corners in rising order and its lower ones in
-        // falling order, all upper ones above all lower ones.
-        let mut rising = false;
+        // falling order, all upper ones above all lower ones. What is found is the front itself, the
+        // drive less the opening of the envelope, and the corners are those of a closed one.
+        let rows = state.model.plays().iter();
+        let rows = rows.zip(basis.padded_thresholds()).zip(&self.ratios);
+        let open = basis.slopes().from_rate(T::ZERO, rate);
+        let mut front = drive + open.lo;
+        let mut passed = false;
         for ((&p, &r), &ratio) in rows.clone() {
-            let corner = p + (r - open.lo);
-            if drive <= corner {
+            let corner = p + r;
+            let passes = front > corner;
+            if !passes {
                 break;
             }
-            rising = true;
-            drive = corner + (drive - corner) * ratio;
+            front = corner + (front - corner) * ratio;
+            passed = true;
         }
-        if rising {
-            return drive;
+        if passed {
+            return front - open.lo;
         }
+        front = drive + open.hi;
         for ((&p, &r), &ratio) in rows {
-            let corner = p - (r + open.hi);
-            if drive >= corner {
+            let corner = p - r;
+            let passes = front < corner;
+            if !passes {
                 break;
             }
-            drive = corner + (drive - corner) * ratio;
+            front = corner + (front - corner) * ratio;
+            passed = true;
         }
-        drive
+        if passed { front - open.hi } else { drive }
     }
 
     /// The model that is inverted.
@@ -234,10 +238,7 @@ impl<T: Real, const N: usize> Dim<T, N, LinearPlane<T, N>> {
         };
         let plane = model.plane();
         let gain = plane.gain();
-        let total = plane
-            .slopes()
-            .iter()
-            .fold(gain.abs(), |sum, s| sum + s.abs());
+        let total = gain.abs() + plane.steepest();
         let mut below = gain;
         for (i, (ratio, &slope)) in dim.ratios.iter_mut().zip(plane.slopes()).enumerate() {
             let beyond = below + slope;

@@ -2,7 +2,7 @@
 //!
 //! The stages are a list in the order of the signal, drive to displacement, so that a new effect is a
 //! new kind of [`Stage`] and needs no new message. A record is judged whole by
-//! [`ModelRecord::build`]; nothing of a bad one comes into force.
+//! [`ModelRecord::compensator`]; nothing of a bad one comes into force.
 
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
@@ -173,20 +173,40 @@ impl ModelRecord {
     /// # Errors
     /// See [`RecordError`].
     pub fn compensator(&self, sample_time: f32) -> Result<TargetCompensator, RecordError> {
+        let mut place = None;
+        self.put_compensator(sample_time, &mut place)?;
+        place.ok_or(RecordError::Order(0))
+    }
+
+    /// As [`ModelRecord::compensator`], right into its place: it takes a good part of the target's
+    /// stack.
+    ///
+    /// # Errors
+    /// See [`RecordError`]; the place is as it was.
+    pub fn put_compensator(
+        &self,
+        sample_time: f32,
+        place: &mut Option<TargetCompensator>,
+    ) -> Result<(), RecordError> {
         match self.stages.split_first() {
             Some((Stage::ModifiedPlay { .. }, [_, ..])) => Err(RecordError::Order(1)),
-            Some((stage @ Stage::ModifiedPlay { .. }, [])) => {
-                let dim = stage.dim(sample_time)?;
-                let state = dim.start();
-                Ok(TargetCompensator::Dim(dim, state))
-            }
-            _ => {
-                let compensator = self.model(sample_time)?.compensator()?;
-                // The first step takes the plays from zero to its sample.
-                let state = compensator.hysteresis().start(0.0);
-                Ok(TargetCompensator::Inverse(compensator, state))
-            }
+            Some((stage @ Stage::ModifiedPlay { .. }, [])) => stage.put_dim(sample_time, place),
+            _ => self.put_inverse(sample_time, place),
         }
+    }
+
+    // Neither this nor its counterpart is inlined: their frames would add up.
+    #[inline(never)]
+    fn put_inverse(
+        &self,
+        sample_time: f32,
+        place: &mut Option<TargetCompensator>,
+    ) -> Result<(), RecordError> {
+        let compensator = self.model(sample_time)?.compensator()?;
+        // The first step takes the plays from zero to its sample.
+        let state = compensator.hysteresis().start(0.0);
+        *place = Some(TargetCompensator::Inverse(compensator, state));
+        Ok(())
     }
 
     fn model(&self, sample_time: f32) -> Result<Model<f32, PLAYS, DEAD_ZONES>, RecordError> {
@@ -235,10 +255,12 @@ impl ModelRecord {
 
 impl Stage {
     /// The compensator of a modified play model.
-    fn dim(
+    #[inline(never)]
+    fn put_dim(
         &self,
         sample_time: f32,
-    ) -> Result<Dim<f32, PLAYS, LinearPlane<f32, PLAYS>>, RecordError> {
+        place: &mut Option<TargetCompensator>,
+    ) -> Result<(), RecordError> {
         let Self::ModifiedPlay {
             u_max_v,
             ref slopes_um_per_v,
@@ -280,10 +302,13 @@ impl Stage {
             cosine,
         };
         let model = ModifiedPlay::new(&basis, plane, terms)?;
-        Ok(match law {
+        let dim = match law {
             Law::Printed => Dim::printed(model)?,
             Law::Exact => Dim::exact(model)?,
-        })
+        };
+        let state = dim.start();
+        *place = Some(TargetCompensator::Dim(dim, state));
+        Ok(())
     }
 }
 

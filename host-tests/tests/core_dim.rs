@@ -5,117 +5,12 @@ mod paper_m;
 use hysteron::dim::{Dim, Law};
 use hysteron::error::{Field, ParameterError, SampleError};
 use hysteron::hysteresis::modified_play::{
-    Basis, BasisParameters, ClampedPlane, Harmonics, LinearPlane, ModifiedPlay, OUTPUT_BOUND, Terms,
+    ClampedPlane, LinearPlane, ModifiedPlay, OUTPUT_BOUND, Terms,
 };
+use paper_m::cases::{Case, N, cases, plays_only, references};
 use paper_m::{DT, Textbook};
 use proptest::prelude::*;
 use std::f64::consts::TAU;
-
-const N: usize = 16;
-
-#[derive(Clone, Debug)]
-struct Case {
-    n: usize,
-    u_max: f64,
-    alpha: f64,
-    beta: f64,
-    frequency: f64,
-    /// `2A`, then those of the plays.
-    slopes: Vec<f64>,
-    terms: Terms<f64>,
-}
-
-impl Case {
-    fn model(&self) -> ModifiedPlay<f64, N, LinearPlane<f64, N>> {
-        let basis: Basis<f64, N> = BasisParameters {
-            u_max: self.u_max,
-            divisions: self.n,
-            alpha: self.alpha,
-            beta: self.beta,
-            harmonics: Harmonics::Printed,
-            frequency: self.frequency,
-        }
-        .build(DT)
-        .unwrap();
-        let plane = LinearPlane::new(basis.grid(), &self.slopes, 0.0).unwrap();
-        ModifiedPlay::new(&basis, plane, self.terms).unwrap()
-    }
-
-    /// Weights that lie symmetric in their row: they have the slopes and no offset.
-    fn textbook(&self) -> Textbook {
-        let omega = (0..self.n).map(|i| {
-            let reach = self.u_max * (1.0 - i as f64 / self.n as f64);
-            vec![self.slopes[i] * reach / (self.n - i) as f64; self.n - i]
-        });
-        Textbook {
-            n: self.n,
-            u_max: self.u_max,
-            alpha: self.alpha,
-            beta: self.beta,
-            frequency: self.frequency,
-            clamped: false,
-            gain: self.slopes[0],
-            omega: omega.collect(),
-            terms: self.terms,
-            q: vec![0.0; self.n],
-            u: vec![],
-            y: vec![],
-        }
-    }
-
-    /// Sum of all slopes.
-    fn total(&self) -> f64 {
-        self.slopes.iter().sum()
-    }
-}
-
-/// Models whose map is monotone, rising or falling, single slopes of any sign, with terms that do not
-/// make the simulated output run away.
-fn cases() -> impl Strategy<Value = Case> {
-    (
-        2..=N,
-        0.5f64..5.0,
-        0.0f64..1e-3,
-        0.0f64..1e-3,
-        1.0f64..110.0,
-        any::<bool>(),
-    )
-        .prop_flat_map(|(n, u_max, alpha, beta, frequency, falling)| {
-            let sums = prop::collection::vec(0.2f64..2.0, n);
-            let others = prop::array::uniform10(-0.1f64..0.1);
-            (sums, others).prop_map(move |(sums, others)| {
-                let sign = if falling { -1.0 } else { 1.0 };
-                let mut before = 0.0;
-                let slopes = sums.into_iter().map(|sum| {
-                    let slope = sign * (sum - before);
-                    before = sum;
-                    slope
-                });
-                let mut terms = Terms::from_list(&others);
-                // Powers of u up to the fifth.
-                for i in 0..3 {
-                    let size = u_max.powi(2 * i as i32);
-                    terms.sine[i] /= size;
-                    terms.cosine[i] /= size;
-                }
-                terms.interleaving /= u_max;
-                Case {
-                    n,
-                    u_max,
-                    alpha,
-                    beta,
-                    frequency,
-                    slopes: slopes.collect(),
-                    terms,
-                }
-            })
-        })
-}
-
-/// References within what the stage reaches, mostly, and rates.
-fn references() -> impl Strategy<Value = Vec<(f64, f64)>> {
-    prop::collection::vec((-0.3f64..0.3, -400.0f64..400.0), 1..200)
-}
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(512))]
@@ -180,58 +75,6 @@ proptest! {
             before = u;
         }
     }
-
-    /// Whatever the coefficients and the reference, in single precision.
-    #[test]
-    fn no_coefficients_make_a_drive_that_is_no_number(
-        exponents in prop::array::uniform16((-38.0f64..38.0, any::<bool>())),
-        references in prop::collection::vec((-38.0f64..38.0, any::<bool>()), 1..60),
-    ) {
-        let number = |(exponent, negative): (f64, bool)| {
-            let size = 10f64.powf(exponent) as f32;
-            if negative { -size } else { size }
-        };
-        let values = exponents.map(number);
-        let basis: Basis<f32, 4> = BasisParameters {
-            u_max: values[0].abs().clamp(1e-30, 1e30),
-            divisions: 4,
-            alpha: values[1].abs().min(1e30),
-            beta: values[2].abs().min(1e30),
-            harmonics: Harmonics::Printed,
-            frequency: 50.0,
-        }
-        .build(1e-4)
-        .unwrap();
-        let list: [f32; 10] = std::array::from_fn(|i| values[6 + i]);
-        let slopes = [values[3], values[4], values[5], 0.5 * values[3]];
-        // What is refused cannot do harm.
-        let plane = LinearPlane::new(basis.grid(), &slopes, 0.0);
-        let model = plane.and_then(|plane| ModifiedPlay::new(&basis, plane, Terms::from_list(&list)));
-        let Ok(model) = model else { return Ok(()) };
-        for dim in [Dim::printed(model), Dim::exact(model)].into_iter().flatten() {
-            let mut state = dim.start();
-            for &reference in &references {
-                let u = dim.step(&mut state, number(reference)).unwrap();
-                prop_assert!(u.abs() <= basis.grid().u_max(), "{u}");
-                prop_assert!(state.model().outputs().iter().all(|y| y.is_finite()));
-            }
-        }
-    }
-}
-
-/// Ten divisions, memory `share` of the gain, 25 Hz, nothing but plays.
-fn plays_only(share: f64) -> Case {
-    let mut slopes = vec![1.0];
-    slopes.extend([share / 9.0; 9]);
-    Case {
-        n: 10,
-        u_max: 1.0,
-        alpha: 0.0,
-        beta: 0.0,
-        frequency: 25.0,
-        slopes,
-        terms: Terms::none(),
-    }
 }
 
 /// Under a sine of 0.4 of the reach, after a period: largest error of the model under the law's drive,
@@ -276,6 +119,23 @@ fn the_hidden_delay_lags_and_then_chatters() {
         assert!(*chatter < 0.05, "{chatter}");
     }
     assert!(found[5].1 > 0.2 && found[5].0 > 0.03, "{found:?}");
+}
+
+/// The rate of the drive before is an iteration of its own: a sample in which all plays slide passes on
+/// `alpha S / (h (2A + S))` of a change of the rate.
+#[test]
+fn the_rate_of_the_drive_before_settles_or_chatters() {
+    let chatter = |passed_on: f64| {
+        let mut case = plays_only(1.0);
+        case.alpha = passed_on * DT * 2.0;
+        case.beta = case.alpha;
+        error(&case, &Dim::exact(case.model()).unwrap()).1
+    };
+    let rest = chatter(0.0);
+    for passed_on in [0.1, 0.5, 0.9] {
+        assert!(chatter(passed_on) < 1.5 * rest, "{passed_on}");
+    }
+    assert!(chatter(1.5) > 4.0 * rest && chatter(4.0) > 20.0 * rest);
 }
 
 /// Why the rate has to be held: with the rate of the drive sought inside the map, at alpha/h = 8.5, it
@@ -339,6 +199,13 @@ fn the_printed_law_takes_a_clamped_plane() {
         assert!((u - (reference - book.memory())).abs() < 1e-12);
         book.step(u, 0.0);
     }
+    // Steep cells, which this plane has, count beside 2A.
+    let plane = ClampedPlane::new(basis.grid(), 1e-8, &weights).unwrap();
+    let model = ModifiedPlay::new(basis, plane, Terms::none()).unwrap();
+    assert_eq!(
+        Dim::printed(model).err(),
+        Some(ParameterError::Zero(Field::Slopes))
+    );
 }
 
 /// A model that runs away in free run does not take the drive with it: the exact law holds the

@@ -7,9 +7,12 @@ mod firmware_rig;
 
 use std::path::PathBuf;
 
-use firmware_rig::{bipolar, frame, model, published, sine};
+use firmware_rig::{bipolar, frame, model, modified_play, published, sine};
 use hysteron::control::Path;
+use hysteron::dim::Law;
+use hysteron::hysteresis::modified_play::Harmonics;
 use hysteron::link::{Answer, CHUNK_LEN, Command, Message, Refusal, decode};
+use hysteron::record::ModelRecord;
 use hysteron::reference::{Tone, Waveform};
 use hysteron::settings::Settings;
 use hysteron_host::pil::{Emulator, Pair, Replica, Target, Ticked};
@@ -107,6 +110,39 @@ impl Both {
             ..bipolar()
         }));
     }
+
+    /// Plays everything with a model; no sample may take more instructions than `most`.
+    fn exercise(&mut self, name: &str, record: ModelRecord, most: u32) {
+        self.tell(Command::SetModel(Some(record.clone())));
+        self.counts.clear();
+        for waveform in references() {
+            for path in [Path::Compensated, Path::Direct] {
+                self.start(path, waveform);
+                self.tell(Command::Record { every: 1 });
+                self.ticks(4_000);
+                for pause in [1, 7, 19, 25, 37, 50] {
+                    self.tell(Command::SetModel(Some(record.clone())));
+                    self.tell(Command::Record { every: 1 });
+                    self.ticks(pause);
+                }
+                self.tell(Command::Hold);
+            }
+        }
+        for samples in [unwinding(), noise()] {
+            self.stream(&samples);
+            self.start(Path::Compensated, Waveform::Stream);
+            self.ticks(samples.len());
+            self.tell(Command::Hold);
+        }
+        let mut counts = self.counts.clone();
+        counts.sort_unstable();
+        let (median, worst) = (counts[counts.len() / 2], counts[counts.len() - 1]);
+        println!(
+            "whole interrupt, {name}: {} to {worst} instructions, median {median}",
+            counts[0]
+        );
+        assert!(worst <= most, "{worst} instructions in the worst sample");
+    }
 }
 
 fn references() -> Vec<Waveform> {
@@ -167,39 +203,40 @@ fn target_and_host_agree_bit_for_bit_within_the_budget() {
     // bipolar converter, a recording and an order in the same sample, swaps of the model in full swing
     // among them.
     for (name, record, most) in [("n = 3", published(), 420), ("n = 10", ten, 450)] {
-        both.tell(Command::SetModel(Some(record.clone())));
-        both.counts.clear();
-        for waveform in references() {
-            for path in [Path::Compensated, Path::Direct] {
-                both.start(path, waveform);
-                both.tell(Command::Record { every: 1 });
-                both.ticks(4_000);
-                for pause in [1, 7, 19, 25, 37, 50] {
-                    both.tell(Command::SetModel(Some(record.clone())));
-                    both.tell(Command::Record { every: 1 });
-                    both.ticks(pause);
-                }
-                both.tell(Command::Hold);
-            }
-        }
-        for samples in [unwinding(), noise()] {
-            both.stream(&samples);
-            both.start(Path::Compensated, Waveform::Stream);
-            both.ticks(samples.len());
-            both.tell(Command::Hold);
-        }
-        let mut counts = both.counts.clone();
-        counts.sort_unstable();
-        let (median, worst) = (counts[counts.len() / 2], counts[counts.len() - 1]);
-        println!(
-            "whole interrupt, {name}: {} to {worst} instructions, median {median}",
-            counts[0]
-        );
-        assert!(worst <= most, "{worst} instructions in the worst sample");
+        both.exercise(name, record, most);
     }
     assert_eq!(both.tick(false).state, 1);
     let mut emulator = both.pair.into_emulator();
     println!("stack: {} bytes", emulator.stack_bytes().unwrap());
+    assert_eq!(emulator.end().unwrap(), (Some(0), String::new()));
+}
+
+#[test]
+#[ignore = "needs QEMU and the firmware: scripts/check-firmware.sh"]
+fn dim_agrees_bit_for_bit_within_its_budget() {
+    let mut both = Both::new();
+    both.wide();
+    for (name, divisions, law, harmonics, most) in [
+        (
+            "DIM printed, N = 10",
+            10,
+            Law::Printed,
+            Harmonics::Printed,
+            600,
+        ),
+        (
+            "DIM exact, N = 10",
+            10,
+            Law::Exact,
+            Harmonics::Corrected,
+            600,
+        ),
+        ("DIM exact, N = 16", 16, Law::Exact, Harmonics::Printed, 750),
+    ] {
+        both.exercise(name, modified_play(divisions, law, harmonics), most);
+    }
+    let mut emulator = both.pair.into_emulator();
+    println!("with DIM, stack: {} bytes", emulator.stack_bytes().unwrap());
     assert_eq!(emulator.end().unwrap(), (Some(0), String::new()));
 }
 

@@ -10,18 +10,22 @@
 //! `lo = hi = u` is the classic play (J 4); the laws that open the envelope are in [`crate::rate`].
 //!
 //! A [`PlayBank`] holds `n <= N` plays with increasing thresholds and their weights, and yields
-//! `sum w_i z_i`. Its state comes in two forms that are equal to rounding:
+//! `sum w_i z_i`. Its state comes in forms that are equal to rounding:
 //!
 //! - [`PlainState`] stores every `z_i` and touches all of them in each sample;
+//! - [`PrefixState`] stores them too, but moves and sums anew only what is captured, for models that
+//!   need every `z_i`;
 //! - [`StackState`] stores only where the followed front changes, so that a sample costs what it
 //!   changes, not what the bank holds.
 //!
-//! [`PlayState`] is whichever of the two is the faster for the size of the bank.
+//! [`PlayState`] is the plain or the stack form, whichever is the faster for the size of the bank.
 
 mod plain;
+mod prefix;
 mod stack;
 
 pub use plain::PlainState;
+pub use prefix::PrefixState;
 pub use stack::StackState;
 
 use crate::error::{Field, ParameterError};
@@ -157,6 +161,13 @@ impl<T: Real, const N: usize> PlayBank<T, N> {
     /// Thresholds, increasing, in the unit of the input.
     pub fn thresholds(&self) -> &[T] {
         self.thresholds.get(..self.len).unwrap_or(&[])
+    }
+
+    /// Thresholds, infinite beyond the bank's length: a loop over all of them ends at the first play
+    /// that is not captured, whatever the length.
+    #[inline(always)]
+    pub(crate) fn padded_thresholds(&self) -> &[T; N] {
+        &self.thresholds
     }
 
     /// Weights, output unit over input unit.

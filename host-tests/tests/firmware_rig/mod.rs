@@ -4,6 +4,8 @@
 
 use hysteron::control::{Control, Output, Path};
 use hysteron::dac;
+use hysteron::dim::Law;
+use hysteron::hysteresis::modified_play::Harmonics;
 use hysteron::link::{Answer, Command, FRAME_LEN, Message, Request, Server, decode, encode};
 use hysteron::record::{ModelRecord, Stage};
 use hysteron::reference::{Tone, Waveform};
@@ -51,6 +53,32 @@ pub fn model(thresholds: &[f32], weights: &[f32], beta_s: f32, gain: f32) -> Mod
             offset_um: 0.0,
         })
         .unwrap();
+    record
+}
+
+/// A full modified play model of `divisions` for 50 V and 10 kHz, steep enough for 50 um.
+pub fn modified_play(divisions: usize, law: Law, harmonics: Harmonics) -> ModelRecord {
+    let mut slopes: Vec<f32> = (1..divisions)
+        .map(|i| 0.3 * (-0.2 * i as f32).exp())
+        .collect();
+    slopes.insert(0, 0.7);
+    let stage = Stage::ModifiedPlay {
+        u_max_v: 50.0,
+        slopes_um_per_v: heapless::Vec::from_slice(&slopes).unwrap(),
+        offset_um: 0.25,
+        alpha_s: 2e-5,
+        beta_s: 3e-5,
+        interleaving_per_v: 1e-3,
+        feedback: [0.3, 0.1, -0.05],
+        frequency_hz: 50.0,
+        harmonics,
+        sine: [1e-2, 1e-5, 1e-9],
+        cosine: [-1e-2, 2e-5, 1e-9],
+        sample_time_s: 1e-4,
+        law,
+    };
+    let mut record = ModelRecord::default();
+    record.stages.push(stage).unwrap();
     record
 }
 

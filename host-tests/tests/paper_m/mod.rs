@@ -1,5 +1,9 @@
 //! Paper M's equations transcribed, an independent truth for the core's model and compensator.
 
+#![allow(dead_code, reason = "each test file uses a part of it")]
+
+pub mod cases;
+
 use hysteron::hysteresis::modified_play::Terms;
 use std::f64::consts::TAU;
 

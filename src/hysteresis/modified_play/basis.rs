@@ -9,7 +9,7 @@ use super::Grid;
 use crate::error::{Field, ParameterError};
 use crate::math::{Real, max, min};
 use crate::phasor::{Phasor, Rotation};
-use crate::play::{Envelope, PlainState, PlayBank};
+use crate::play::{Envelope, PlayBank, PrefixState};
 use crate::rate::TwoSlopes;
 
 /// Largest magnitude of an output that is remembered. A model that runs away, and an input or output
@@ -61,7 +61,7 @@ pub struct Basis<T, const N: usize> {
 /// Plays, the input before, the outputs before, and the angle of the harmonic terms.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct State<T, const N: usize> {
-    plays: PlainState<T, N>,
+    plays: PrefixState<T, N>,
     previous: T,
     outputs: [T; 3],
     phasor: Phasor<T>,
@@ -156,7 +156,7 @@ impl<T: Real, const N: usize> Basis<T, N> {
     /// the angle zero.
     pub fn start(&self) -> State<T, N> {
         State {
-            plays: PlainState::zero(),
+            plays: PrefixState::zero(),
             previous: T::ZERO,
             outputs: [T::ZERO; 3],
             phasor: self.rotation.before_zero(),
@@ -176,7 +176,7 @@ impl<T: Real, const N: usize> Basis<T, N> {
         let _ = state.plays.step(&self.bank, envelope);
         Signals {
             input,
-            plays: state.plays.outputs(),
+            plays: *state.plays.outputs(),
             product,
             outputs: state.outputs,
             harmonics,
@@ -273,10 +273,15 @@ impl<T: Real, const N: usize> Basis<T, N> {
     }
 
     #[inline(always)]
-    pub(super) fn move_plays(&self, state: &mut State<T, N>, input: T, rate: T) -> (T, [T; N]) {
+    pub(super) fn move_plays(&self, state: &mut State<T, N>, input: T, rate: T) {
         let envelope = self.slopes.from_rate(input, rate);
-        let weighted = state.plays.step(&self.bank, envelope);
-        (weighted, state.plays.outputs())
+        let _ = state.plays.step(&self.bank, envelope);
+    }
+
+    /// `r_i` of the plays `i >= 1`, infinite beyond the last one.
+    #[inline(always)]
+    pub(crate) fn padded_thresholds(&self) -> &[T; N] {
+        self.bank.padded_thresholds()
     }
 
     #[inline(always)]
@@ -326,8 +331,14 @@ impl<T: Real, const N: usize> State<T, N> {
 
     /// Outputs of the plays `i >= 1`, entry `i - 1`.
     #[inline(always)]
-    pub fn plays(&self) -> [T; N] {
+    pub fn plays(&self) -> &[T; N] {
         self.plays.outputs()
+    }
+
+    /// Weighted sum of those outputs.
+    #[inline(always)]
+    pub(super) fn weighted(&self) -> T {
+        self.plays.sum()
     }
 
     /// `y[k-1]`, `y[k-2]`, `y[k-3]`.

@@ -101,15 +101,14 @@ impl<T: Real, const N: usize, P: Plane<T, N>> ModifiedPlay<T, N, P> {
     #[inline(always)]
     pub fn step_with_rate(&self, state: &mut State<T, N>, input: T, rate: T) -> T {
         let past = self.past(state);
-        let (output, _) = self.respond(state, input, rate, past);
-        output
+        self.respond(state, input, rate, past)
     }
 
     /// Output for the next input in one step: from the outputs that were measured before. `measured`
     /// is that of this sample, for the samples to come.
     pub fn predict(&self, state: &mut State<T, N>, input: T, rate: T, measured: T) -> T {
         let past = self.past(state);
-        let (output, _) = self.respond(state, input, rate, past);
+        let output = self.respond(state, input, rate, past);
         state.correct(measured);
         output
     }
@@ -128,14 +127,19 @@ impl<T: Real, const N: usize, P: Plane<T, N>> ModifiedPlay<T, N, P> {
         feedback + harmonic + self.terms.interleaving * state.product()
     }
 
-    /// Ends a sample: the output, within [`super::OUTPUT_BOUND`], and the plays' part `H` of it.
+    /// `H` where the plays are.
     #[inline(always)]
-    pub(crate) fn respond(&self, state: &mut State<T, N>, input: T, rate: T, past: T) -> (T, T) {
-        let (weighted, plays) = self.basis.move_plays(state, input, rate);
-        let memory = self.plane.memory(weighted, &plays);
-        let output = bounded(self.plane.gain() * input + memory + past);
+    pub(crate) fn memory(&self, state: &State<T, N>) -> T {
+        self.plane.memory(state.weighted(), state.plays())
+    }
+
+    /// Ends a sample: the output, within [`super::OUTPUT_BOUND`].
+    #[inline(always)]
+    pub(crate) fn respond(&self, state: &mut State<T, N>, input: T, rate: T, past: T) -> T {
+        self.basis.move_plays(state, input, rate);
+        let output = bounded(self.plane.gain() * input + self.memory(state) + past);
         state.remember(input, output);
-        (output, memory)
+        output
     }
 
     /// What the terms are made of.

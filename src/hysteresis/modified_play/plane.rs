@@ -90,7 +90,7 @@ impl<T: Real, const N: usize> Grid<T, N> {
     /// `x_ij` limited to its cell.
     #[inline(always)]
     pub fn clamped(&self, i: usize, j: usize, p: T) -> T {
-        let x = (p - self.point(i, j)) * (T::from_f64(self.divisions as f64) / self.u_max);
+        let x = (p - self.point(i, j)) * self.per_cell();
         max(min(x, T::ONE), -T::ONE)
     }
 
@@ -98,6 +98,12 @@ impl<T: Real, const N: usize> Grid<T, N> {
     pub fn cells(&self, first: usize) -> impl Iterator<Item = (usize, usize)> + use<T, N> {
         let divisions = self.divisions;
         (first..divisions).flat_map(move |i| (0..divisions - i).map(move |j| (i, j)))
+    }
+
+    /// One over half the width of a cell, `(N - i) / (u_max - r_i)` in every row.
+    #[inline(always)]
+    fn per_cell(&self) -> T {
+        T::from_f64(self.divisions as f64) / self.u_max
     }
 
     fn fraction(&self, steps: f64) -> T {
@@ -119,6 +125,9 @@ pub trait Plane<T, const N: usize>: Clone {
 
     /// Slope `dH/dp_i` of the plays `i >= 1`, entry `i - 1`, at their outputs.
     fn local_slopes(&self, plays: &[T; N]) -> [T; N];
+
+    /// Largest magnitude that the slopes of all plays together can have.
+    fn steepest(&self) -> T;
 }
 
 /// The printed shape, collapsed: N slopes and one offset.
@@ -206,6 +215,10 @@ impl<T: Real, const N: usize> Plane<T, N> for LinearPlane<T, N> {
     fn local_slopes(&self, _: &[T; N]) -> [T; N] {
         self.slopes
     }
+
+    fn steepest(&self) -> T {
+        self.slopes.iter().fold(T::ZERO, |sum, s| sum + s.abs())
+    }
 }
 
 /// The shape limited to its cell: a gain and N(N-1)/2 weights.
@@ -270,7 +283,7 @@ impl<T: Real, const N: usize> Plane<T, N> for ClampedPlane<T, N> {
     }
 
     fn local_slopes(&self, plays: &[T; N]) -> [T; N] {
-        let per_cell = T::from_f64(self.grid.divisions as f64) / self.grid.u_max;
+        let per_cell = self.grid.per_cell();
         let mut slopes = [T::ZERO; N];
         for (slope, (i, &p)) in slopes.iter_mut().zip((1..self.grid.divisions).zip(plays)) {
             for (j, weight) in self.row(i) {
@@ -280,6 +293,14 @@ impl<T: Real, const N: usize> Plane<T, N> for ClampedPlane<T, N> {
             }
         }
         slopes
+    }
+
+    fn steepest(&self) -> T {
+        let rows = (1..self.grid.divisions).map(|i| {
+            let row = self.row(i);
+            row.fold(T::ZERO, |most, (_, weight)| max(most, weight.abs()))
+        });
+        rows.fold(T::ZERO, |sum, most| sum + most) * self.grid.per_cell()
     }
 }
 

@@ -71,6 +71,8 @@ pub enum Field {
     CreepLongest,
     /// Mechanical modes.
     Modes,
+    /// Gains of the feedback, `K_p`, `K_i`, `K_d`.
+    FeedbackGains,
     /// Forgetting factor of recursive least squares.
     Forgetting,
     /// Initial covariance of recursive least squares.
@@ -115,6 +117,7 @@ impl Field {
             Self::CreepShortest => "tau_min_s",
             Self::CreepLongest => "tau_max_s",
             Self::Modes => "resonance",
+            Self::FeedbackGains => "feedback gains",
             Self::Forgetting => "forgetting",
             Self::Covariance => "covariance",
             Self::TraceBound => "trace bound",

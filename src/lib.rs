@@ -15,6 +15,7 @@
 //! | [`model`] | a whole stage: hysteresis, asymmetry, gain and offset |
 //! | [`chain`] | the same with every effect around it |
 //! | [`compensator`] | the inverses of a model in reverse order: reference in, drive out |
+//! | [`feedback`] | PID around a compensator, for stages with a sensor |
 //! | [`cascade`] | the same for a chain: lags, modes and delays are undone ahead of time |
 //! | [`dim`] | direct inverse multiplication: the compensator of the modified play model |
 //! | [`rls`] | recursive least squares of fixed size, which identifies that model |
@@ -53,6 +54,7 @@ pub mod dac;
 pub mod dim;
 pub mod effect;
 pub mod error;
+pub mod feedback;
 pub mod hysteresis;
 pub mod link;
 pub mod math;

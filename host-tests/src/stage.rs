@@ -96,24 +96,31 @@ pub fn cascade(file: &ModelFile, sample_time_s: f64) -> Result<Cascade, Error> {
     })
 }
 
-/// The drive in volts that a cascade yields for a reference in micrometres, aligned with it: the
-/// reference rests at its last sample for as long as the cascade looks ahead.
+/// The drive in volts of the [`cascade`] of a model file for a reference in micrometres, aligned with
+/// it: the reference rests at its last sample for as long as the cascade looks ahead.
 ///
 /// # Errors
-/// A reference that is not finite.
-pub fn compensate_ahead(cascade: &Cascade, reference: &[f64]) -> Result<Vec<f64>, SampleError> {
+/// As [`cascade`]; a reference that is not finite.
+pub fn drive_ahead(
+    file: &ModelFile,
+    sample_time_s: f64,
+    reference: &[f64],
+) -> Result<Vec<f64>, Error> {
+    let cascade = cascade(file, sample_time_s)?;
     let (Some(&first), Some(&last)) = (reference.first(), reference.last()) else {
         return Ok(Vec::new());
     };
-    let mut state = Box::new(cascade.start(first)?);
-    let ahead = std::iter::repeat_n(last, cascade.latency());
-    reference
+    let refused = |refused: SampleError| Error::request(format!("the reference: {refused}"));
+    let mut state = Box::new(cascade.start(first).map_err(refused)?);
+    let latency = cascade.latency();
+    let ahead = std::iter::repeat_n(last, latency);
+    let drive = reference
         .iter()
         .copied()
         .chain(ahead)
         .map(|v| cascade.step(&mut state, v))
-        .skip(cascade.latency())
-        .collect()
+        .skip(latency);
+    drive.collect::<Result<_, _>>().map_err(refused)
 }
 
 /// The drive in volts for a reference in micrometres through a model file of any kind, from rest.

@@ -259,3 +259,80 @@ fn bad_input_is_one_line_and_leaves_nothing_behind() {
         assert!(!folder.path().join("out.csv").exists() && !folder.path().join("out").exists());
     }
 }
+
+/// A stage with a mode, a lag and curvature: what `cascade` computes brings it back to the reference.
+#[test]
+fn the_cascade_undoes_every_stage_of_a_model() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let model = "format = \"hysteron-model\"\nversion = 1\nname = \"stage\"\n[units]\ntime = \"s\"\n\
+        drive = \"V\"\ndisplacement = \"um\"\n\
+        [[stage]]\nname = \"amplifier-lag\"\ntau_s = 0.0002\n\
+        [[stage]]\nname = \"hysteresis\"\nthresholds_v = [3.0, 9.0]\nweights = [0.8, 0.1, 0.1]\n\
+        beta_s = 1e-4\n\
+        [[stage]]\nname = \"quadratic\"\nq = 0.002\n\
+        [[stage]]\nname = \"resonance\"\nf_n_hz = 300.0\nzeta = 0.02\n\
+        [[stage]]\nname = \"output\"\ngain_um_per_v = 1.5\noffset_um = 0.0\n";
+    std::fs::write(path("model.toml"), model).unwrap();
+    let reference: Vec<f64> = (0..4_000)
+        .map(|k| {
+            let t = f64::from(k) / 4_000.0;
+            30.0 * (std::f64::consts::PI * t).sin().powi(4) * (60.0 * t).sin()
+        })
+        .collect();
+    let mut text = "time_s,reference_um\n".to_owned();
+    for (k, v) in reference.iter().enumerate() {
+        text += &format!("{},{v}\n", k as f64 * 1e-4);
+    }
+    std::fs::write(path("reference.csv"), text).unwrap();
+    let hysteron = |arguments: &[&str]| {
+        let output = std::process::Command::new(env!("CARGO_BIN_EXE_hysteron"))
+            .current_dir(folder.path())
+            .args(arguments)
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{output:?}");
+        String::from_utf8(output.stderr).unwrap()
+    };
+    let mut errors = Vec::new();
+    for inverse in ["explicit", "cascade"] {
+        let note = hysteron(&[
+            "compensate",
+            "--model",
+            "model.toml",
+            "--reference",
+            "reference.csv",
+            "--out",
+            "drive.csv",
+            "--inverse",
+            inverse,
+        ]);
+        assert_eq!(note.contains("resonance"), inverse == "explicit", "{note}");
+        hysteron(&[
+            "simulate",
+            "--model",
+            "model.toml",
+            "--input",
+            "drive.csv",
+            "--out",
+            "out.csv",
+        ]);
+        let out = std::fs::read_to_string(path("out.csv")).unwrap();
+        let displacement: Vec<f64> = out
+            .lines()
+            .skip(1)
+            .map(|line| line.split(',').nth(1).unwrap().parse().unwrap())
+            .collect();
+        let largest = displacement
+            .iter()
+            .zip(&reference)
+            .map(|(y, v)| (y - v).abs())
+            .fold(0.0, f64::max);
+        errors.push(largest);
+    }
+    println!(
+        "largest error in um: explicit {}, cascade {}",
+        errors[0], errors[1]
+    );
+    assert!(errors[1] < 0.05 * errors[0], "{errors:?}");
+}

@@ -5,9 +5,10 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use hysteron_host::error::Error;
+use hysteron_host::model_file::{self, ModelFile, Stage};
 use hysteron_host::output::AtomicFile;
-use hysteron_host::signals::{Quantity, read};
-use hysteron_host::{model_file, stage};
+use hysteron_host::signals::{Quantity, Signal, read};
+use hysteron_host::stage;
 
 /// Compute the drive that makes a modelled stage follow a reference.
 ///
@@ -38,6 +39,11 @@ enum Inverse {
     Explicit,
     /// The analytic inverse with the rate term left out.
     RateIndependent,
+    /// Inverses of all stages of the model, lags, modes and delays undone ahead of time, the rate term
+    /// with a preview; the drive is aligned with the reference.
+    Cascade,
+    /// Direct inverse multiplication, for a modified play model.
+    Dim,
 }
 
 /// Reads, compensates, writes.
@@ -47,8 +53,30 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         file = file.rate_independent();
     }
     let reference = read(&arguments.reference, Quantity::Reference)?;
-    let drive = stage::drive(&file, reference.sample_time_s, &reference.values)?;
+    let drive = drive(&file, arguments.inverse, &reference)?;
     let mut out = AtomicFile::create(&arguments.out)?;
     out.write_columns(&[("time_s", &reference.time_s), ("drive_v", &drive)])?;
     out.commit()
+}
+
+fn drive(file: &ModelFile, inverse: Inverse, reference: &Signal) -> Result<Vec<f64>, Error> {
+    let sample_time_s = reference.sample_time_s;
+    match inverse {
+        Inverse::Cascade => stage::drive_ahead(file, sample_time_s, &reference.values),
+        Inverse::Dim if file.modified_play().is_none() => Err(Error::request(format!(
+            "model \"{}\" has no stage modified-play, which dim needs; use another --inverse",
+            file.name
+        ))),
+        Inverse::Explicit | Inverse::RateIndependent | Inverse::Dim => {
+            let ignored: Vec<&str> = file.effects().map(Stage::name).collect();
+            if !ignored.is_empty() {
+                eprintln!(
+                    "note: {} of model \"{}\" stays as it is; --inverse cascade undoes it",
+                    ignored.join(", "),
+                    file.name
+                );
+            }
+            stage::drive(file, sample_time_s, &reference.values)
+        }
+    }
 }

@@ -255,7 +255,7 @@ fn refusals() {
         ),
         (
             format!("stage = []\n{head}"),
-            "m.toml:1: the first stage is not hysteresis; add it",
+            "m.toml:1: there is no stage hysteresis; add it",
         ),
     ];
     for (text, message) in cases {

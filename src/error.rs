@@ -29,6 +29,32 @@ pub enum Field {
     Gain,
     /// Displacement at rest.
     Offset,
+    /// Largest input u_max that the triangular plane covers.
+    InputRange,
+    /// Divisions N of the triangular plane.
+    Divisions,
+    /// Slopes of the plays in the collapsed plane, 2A first.
+    Slopes,
+    /// Weights omega_ij of the plane.
+    PlaneWeights,
+    /// Slope alpha of the lower envelope.
+    Alpha,
+    /// Coefficients c_1..c_3 of the outputs before.
+    Feedback,
+    /// Coefficient g of the product of output and input before.
+    Interleaving,
+    /// Frequency of the harmonic terms.
+    Frequency,
+    /// Coefficients of the harmonic terms that go with the sine.
+    Sine,
+    /// Coefficients of the harmonic terms that go with the cosine.
+    Cosine,
+    /// Forgetting factor of recursive least squares.
+    Forgetting,
+    /// Initial covariance of recursive least squares.
+    Covariance,
+    /// Bound on the trace of that covariance.
+    TraceBound,
 }
 
 impl Field {
@@ -46,6 +72,19 @@ impl Field {
             Self::NegativeSlopes => "slopes.negative",
             Self::Gain => "gain_um_per_v",
             Self::Offset => "offset_um",
+            Self::InputRange => "u_max_v",
+            Self::Divisions => "divisions",
+            Self::Slopes => "slopes_um_per_v",
+            Self::PlaneWeights => "plane weights",
+            Self::Alpha => "alpha_s",
+            Self::Feedback => "feedback",
+            Self::Interleaving => "interleaving_per_v",
+            Self::Frequency => "frequency_hz",
+            Self::Sine => "sine",
+            Self::Cosine => "cosine",
+            Self::Forgetting => "forgetting",
+            Self::Covariance => "covariance",
+            Self::TraceBound => "trace bound",
         }
     }
 }
@@ -69,6 +108,13 @@ pub enum ParameterError {
     Zero(Field),
     /// The play output at the start lies further from its neighbour than the thresholds allow (J 8).
     Inadmissible(usize),
+    /// The value must not be below zero.
+    Negative(Field),
+    /// The value lies above what it may be at most.
+    TooLarge(Field),
+    /// The sum of the slopes up to this entry must have the sign of the first one and not nearly
+    /// vanish beside them, or the map from input to output cannot be inverted.
+    NotMonotone(Field, usize),
 }
 
 impl fmt::Display for ParameterError {
@@ -109,6 +155,14 @@ impl fmt::Display for ParameterError {
                 f,
                 "{}[{index}]: further from its neighbour than the thresholds allow",
                 Field::InitialState.key()
+            ),
+            Self::Negative(field) => write!(f, "{}: must not be below zero", field.key()),
+            Self::TooLarge(field) => write!(f, "{}: too large", field.key()),
+            Self::NotMonotone(field, index) => write!(
+                f,
+                "{}[{index}]: the sum up to this entry must have the sign of the first one and not \
+                 nearly vanish",
+                field.key()
             ),
         }
     }

@@ -10,10 +10,13 @@
 //! |---|---|
 //! | [`play`] | the play operator with envelopes; a bank of them in a plain and in a stack form |
 //! | [`rate`] | the law that widens the envelopes with the rate of the input |
-//! | [`hysteresis`] | the rate-dependent Prandtl-Ishlinskii model and its analytic inverse |
+//! | [`hysteresis`] | the rate-dependent Prandtl-Ishlinskii model and its analytic inverse; the modified play model |
 //! | [`effect`] | what a stage does besides hysteresis: the asymmetry map |
 //! | [`model`] | a whole stage: hysteresis, asymmetry, gain and offset |
 //! | [`compensator`] | the inverses of a model in reverse order: reference in, drive out |
+//! | [`dim`] | direct inverse multiplication: the compensator of the modified play model |
+//! | [`rls`] | recursive least squares of fixed size, which identifies that model |
+//! | [`phasor`] | sine and cosine by rotation |
 //!
 //! Around it lies what a target needs to drive an amplifier with it, free of any hardware too:
 //!
@@ -33,7 +36,9 @@
 //!
 //! Equations are cited as (J n): Al Janaideh and Krejci, *Inverse Rate-Dependent Prandtl-Ishlinskii
 //! Model for Feedforward Compensation of Hysteresis in a Piezomicropositioning Actuator*,
-//! IEEE/ASME Trans. Mechatronics 18(5), 2013, doi 10.1109/TMECH.2012.2205265.
+//! IEEE/ASME Trans. Mechatronics 18(5), 2013, doi 10.1109/TMECH.2012.2205265; and as (M n): Morita,
+//! Fujii and Hosoda, *Modeling and Compensation of a Bimorph Type Piezoelectric Actuator Exhibiting
+//! Odd-Harmonic Oscillation and Frequency-Dependent, Interleaved Hysteresis*, Actuators 9(2), 2020.
 
 #[cfg(all(target_os = "none", feature = "firmware"))]
 #[allow(unsafe_code, reason = "registers of the microcontroller")]
@@ -41,16 +46,19 @@ pub mod board;
 pub mod compensator;
 pub mod control;
 pub mod dac;
+pub mod dim;
 pub mod effect;
 pub mod error;
 pub mod hysteresis;
 pub mod link;
 pub mod math;
 pub mod model;
+pub mod phasor;
 pub mod play;
 pub mod rate;
 pub mod record;
 pub mod reference;
+pub mod rls;
 pub mod safety;
 pub mod sensor;
 pub mod settings;

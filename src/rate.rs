@@ -2,7 +2,8 @@
 //!
 //! A threshold that moves with the rate, `r_i = alpha_i + beta |u'|` (J 19, 24), is the same as a
 //! constant threshold `alpha_i` between two envelopes that open with the rate:
-//! `lo = u - beta |u'|`, `hi = u + beta |u'|`.
+//! `lo = u - beta |u'|`, `hi = u + beta |u'|`. That is [`RateLaw`]. Paper M opens its envelopes by
+//! two slopes of their own (M 6, 7), [`TwoSlopes`].
 
 use crate::math::Real;
 use crate::play::Envelope;
@@ -48,6 +49,28 @@ impl<T: Real> RateLaw<T> {
         Envelope {
             lo: input - half_width,
             hi: input + half_width,
+        }
+    }
+}
+
+/// Opens the envelope of the input by one slope downwards and another one upwards (M 6, 7):
+/// `lo = u - alpha |u'|`, `hi = u + beta |u'|`. Unequal slopes make a loop asymmetric.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TwoSlopes<T> {
+    /// `alpha >= 0` in seconds, of the lower envelope.
+    pub alpha: T,
+    /// `beta >= 0` in seconds, of the upper envelope.
+    pub beta: T,
+}
+
+impl<T: Real> TwoSlopes<T> {
+    /// Envelope at `input` for a rate in input units a second; its sign does not matter.
+    #[inline(always)]
+    pub fn from_rate(&self, input: T, rate: T) -> Envelope<T> {
+        let rate = rate.abs();
+        Envelope {
+            lo: input - self.alpha * rate,
+            hi: input + self.beta * rate,
         }
     }
 }

@@ -66,7 +66,7 @@ impl Bimorph {
     /// at 15, 25 and 35 Hz, a loop that crosses itself at 80 Hz and an asymmetric clockwise loop at
     /// 95 Hz, all at full drive; 20 nm of sensor noise, +-5 V.
     ///
-    /// Nothing else of it is published in numbers. Displacement (0.1 mm at full drive, at rest), the
+    /// Nothing else of it is published in numbers. Displacement (0.08 mm at full drive, at rest), the
     /// 16 bits of the converter and the form of the even part are assumed. The amplifier's lag is
     /// what makes the fundamental lag by 180 degrees at 80 Hz.
     pub fn pzba() -> Self {
@@ -77,9 +77,9 @@ impl Bimorph {
                 max_v: Self::FULL_DRIVE_V,
             },
             amplifier_tau_s: 5.3e-4,
-            gain_um_per_v: 17.6,
+            gain_um_per_v: 14.08,
             relays: RelayDensity {
-                density_um_per_v2: 0.1086,
+                density_um_per_v2: 0.0869,
                 widening_per_v: 0.08,
                 reach_v: 12.5,
             },
@@ -89,7 +89,7 @@ impl Bimorph {
             },
             asymmetry: Asymmetry {
                 share: 0.14,
-                knee_um: 30.0,
+                knee_um: 24.0,
                 relaxation_s: 1e-3,
             },
             sensor: Sensor {

@@ -32,6 +32,7 @@ Examples:
   hysteron compensate --model out/stage/model.toml --reference scan.csv --out drive.csv
   hysteron simulate --model p753 --input drive.csv --out displacement.csv
   hysteron experiment j --out out/j
+  hysteron experiment m --out out/m
   hysteron link --port /dev/ttyUSB0 record --out measured --excitation sine --amplitude 5
   hysteron pil --out out/pil
 

@@ -3,6 +3,7 @@
 
 pub mod demo;
 pub mod j;
+pub mod m;
 pub mod references;
 
 use std::fmt::Display;

@@ -39,6 +39,7 @@
 //! ```
 
 mod amplifier;
+pub mod bimorph;
 mod dac;
 mod error;
 mod hysteresis;

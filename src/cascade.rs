@@ -1,8 +1,8 @@
 //! From the reference to the drive of a [`Chain`]: its inverses in reverse order.
 //!
 //! ```text
-//! reference -> (less offset) / gain -> creep^-1 -> modes^-1 -> cubic^-1 -> quadratic^-1
-//!           -> Lambda^-1 -> Psi^-1 -> amplifier lag^-1 -> advance -> drive
+//! reference -> (less offset) / gain -> output quadratic^-1 -> creep^-1 -> modes^-1 -> cubic^-1
+//!           -> quadratic^-1 -> Lambda^-1 -> Psi^-1 -> amplifier lag^-1 -> advance -> drive
 //! ```
 //!
 //! Undoing a lag, a mode or a delay takes samples of the reference that are still to come, and so
@@ -182,6 +182,10 @@ impl<T: Real, const N: usize, const M: usize, const WINDOW: usize, const STAGES:
     #[inline(always)]
     fn unscale(&self, reference: T) -> Result<T, SampleError> {
         let w = (reference - self.offset) * self.per_gain;
+        let w = match &self.effects.output_quadratic {
+            Some(quadratic) => quadratic.step_inverse(w),
+            None => w,
+        };
         if w.is_finite() {
             Ok(w)
         } else {

@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! drive -> amplifier lag -> transport delay -> Psi -> Lambda -> quadratic -> cubic
-//!       -> mechanical modes -> creep -> gain and offset -> displacement
+//!       -> mechanical modes -> creep -> output quadratic -> gain and offset -> displacement
 //! ```
 //!
 //! Every effect but the hysteresis is optional; without any of them a chain is its
@@ -41,6 +41,8 @@ pub struct Effects<T> {
     pub resonances: [Option<Resonance<T>>; MODES],
     /// Creep.
     pub creep: Option<Creep<T, CREEP_DECADES>>,
+    /// Even curvature behind the modes, of what moves rather than of what drives it.
+    pub output_quadratic: Option<Quadratic<T>>,
 }
 
 /// A stage with up to `N` plays, up to `M` dead zones on each side of its asymmetry map, and effects.
@@ -108,6 +110,9 @@ impl<T: Real, const N: usize, const M: usize> Chain<T, N, M> {
         }
         if let (Some(creep), Some(at)) = (&effects.creep, &mut state.creep) {
             w = creep.step(at, w);
+        }
+        if let Some(quadratic) = &effects.output_quadratic {
+            w = quadratic.step(w);
         }
         self.model.scale(w)
     }

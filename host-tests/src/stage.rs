@@ -220,6 +220,9 @@ fn effects(file: &ModelFile, h: f64) -> Result<Effects<f64>, (&'static str, Para
             Stage::Quadratic(map) => {
                 effects.quadratic = Some(Quadratic::new(map.q).map_err(refused)?);
             }
+            Stage::OutputQuadratic(map) => {
+                effects.output_quadratic = Some(Quadratic::new(map.q).map_err(refused)?);
+            }
             Stage::Cubic(map) => effects.cubic = Some(Cubic::new(map.c).map_err(refused)?),
             Stage::Resonance(mode) => {
                 let Some(slot) = modes.next() else {

@@ -52,6 +52,7 @@ enum EffectChoice {
     Cubic,
     Resonance,
     Creep,
+    OutputQuadratic,
 }
 
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]
@@ -93,6 +94,7 @@ impl From<EffectChoice> for Effect {
             EffectChoice::Cubic => Self::Cubic,
             EffectChoice::Resonance => Self::Resonance,
             EffectChoice::Creep => Self::Creep,
+            EffectChoice::OutputQuadratic => Self::OutputQuadratic,
         }
     }
 }

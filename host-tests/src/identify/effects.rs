@@ -26,40 +26,8 @@ pub enum Effect {
     Resonance,
     /// Creep: its gain a decade.
     Creep,
-}
-
-impl Effect {
-    /// Every effect, in the order of the signal.
-    pub const ALL: [Self; 6] = [
-        Self::AmplifierLag,
-        Self::TransportDelay,
-        Self::Quadratic,
-        Self::Cubic,
-        Self::Resonance,
-        Self::Creep,
-    ];
-
-    /// Its name, as in `model.toml`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::AmplifierLag => "amplifier-lag",
-            Self::TransportDelay => "transport-delay",
-            Self::Quadratic => "quadratic",
-            Self::Cubic => "cubic",
-            Self::Resonance => "resonance",
-            Self::Creep => "creep",
-        }
-    }
-
-    /// Whether it stands before the hysteresis.
-    pub fn is_before(self) -> bool {
-        matches!(self, Self::AmplifierLag | Self::TransportDelay)
-    }
-
-    /// How many numbers of it are fitted.
-    pub fn count(self) -> usize {
-        if self == Self::Resonance { 2 } else { 1 }
-    }
+    /// Even curvature behind the modes.
+    OutputQuadratic,
 }
 
 /// What the numbers are measured by.
@@ -111,7 +79,7 @@ impl Terms {
             match effect {
                 Effect::AmplifierLag => clamp(0.0, 1e4),
                 Effect::TransportDelay => clamp(0.0, 25.0),
-                Effect::Quadratic => clamp(-0.3, 0.3),
+                Effect::Quadratic | Effect::OutputQuadratic => clamp(-0.3, 0.3),
                 Effect::Cubic => clamp(-0.2, 1.0),
                 Effect::Resonance => {
                     clamp((0.5 / scale.duration_s).ln(), nyquist.ln());
@@ -137,6 +105,9 @@ impl Terms {
                     built.transport_delay = Some(Delay::new(delay.delay_s, h)?);
                 }
                 Stage::Quadratic(map) => built.quadratic = Some(Quadratic::new(map.q)?),
+                Stage::OutputQuadratic(map) => {
+                    built.output_quadratic = Some(Quadratic::new(map.q)?);
+                }
                 Stage::Cubic(map) => built.cubic = Some(Cubic::new(map.c)?),
                 Stage::Resonance(mode) => {
                     if let Some(slot) = modes.next() {
@@ -169,6 +140,9 @@ impl Terms {
                     delay_s: next() * scale.sample_time_s,
                 }),
                 Effect::Quadratic => Stage::Quadratic(model_file::Quadratic {
+                    q: next() * per_um * gain,
+                }),
+                Effect::OutputQuadratic => Stage::OutputQuadratic(model_file::Quadratic {
                     q: next() * per_um * gain,
                 }),
                 Effect::Cubic => Stage::Cubic(model_file::Cubic {

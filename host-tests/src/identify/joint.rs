@@ -18,9 +18,11 @@ use super::run::{Run, Runs};
 /// Steps at most; a fit of this kind settles in about ten.
 const STEPS: usize = 40;
 /// Relative gain of a step below which the fit has settled.
-const SETTLED: f64 = 1e-6;
+const SETTLED: f64 = 1e-5;
 /// Frequencies at which a mode is looked for.
 const MODE_STARTS: usize = 24;
+/// Rows that a step folds at most: of longer records an even choice of samples.
+const ROWS: usize = 8_000;
 
 /// Hysteresis and effects, displacements in micrometres.
 #[derive(Clone, Debug)]
@@ -158,6 +160,12 @@ impl<'a> JointFit<'a> {
         // Columns: weights, terms and offsets (each split into two signs), what is to be met.
         let columns = weights + free + offsets;
         let mut triangle = Triangle::new(columns + 1);
+        let scored: usize = self
+            .runs
+            .scored(Role::Fit)
+            .map(|(_, _, span)| span.samples.len())
+            .sum();
+        let stride = scored.div_ceil(ROWS).max(1);
         for (i, run) in self.runs.runs.iter().enumerate() {
             let response = self.response(joint, run)?;
             let by_number = (0..free)
@@ -169,8 +177,8 @@ impl<'a> JointFit<'a> {
                 })
                 .collect::<Result<Vec<Vec<f64>>, Error>>()?;
             for span in run.scored(Role::Fit) {
-                let weight = 1.0 / (span.samples.len().max(1) as f64).sqrt();
-                for k in span.samples.clone() {
+                let weight = 1.0 / (span.samples.len().div_ceil(stride).max(1) as f64).sqrt();
+                for k in span.samples.clone().step_by(stride) {
                     // The step is linear in the weights as a whole, not in their change.
                     let old = |j: usize| joint.weights[j] * response.by_weight[j][k];
                     let known: f64 = (0..weights).map(old).sum();
@@ -258,7 +266,11 @@ impl<'a> JointFit<'a> {
         let plays = plays_along(joint, &effects, run);
         let w = weighted(joint, &plays);
         let bent = w.iter().map(|&w| bend(&effects, w).0).collect();
-        Ok(linear(&effects, bent))
+        let mut y = linear(&effects, bent);
+        if let Some(map) = &effects.output_quadratic {
+            y.iter_mut().for_each(|y| *y = map.step(*y));
+        }
+        Ok(y)
     }
 
     fn response(&self, joint: &Joint, run: &Run) -> Result<Response, Error> {
@@ -266,15 +278,23 @@ impl<'a> JointFit<'a> {
         let plays = plays_along(joint, &effects, run);
         let w = weighted(joint, &plays);
         let (bent, slopes): (Vec<f64>, Vec<f64>) = w.iter().map(|&w| bend(&effects, w)).unzip();
-        let by_weight = plays
+        let mut by_weight: Vec<Vec<f64>> = plays
             .iter()
             .map(|z| {
                 let column = z.iter().zip(&slopes).map(|(z, slope)| z * slope).collect();
                 linear(&effects, column)
             })
             .collect();
+        let mut displacement = linear(&effects, bent);
+        if let Some(map) = &effects.output_quadratic {
+            for column in &mut by_weight {
+                let at = column.iter_mut().zip(&displacement);
+                at.for_each(|(d, &y)| *d *= map.slope(y));
+            }
+            displacement.iter_mut().for_each(|y| *y = map.step(*y));
+        }
         Ok(Response {
-            displacement: linear(&effects, bent),
+            displacement,
             by_weight,
         })
     }

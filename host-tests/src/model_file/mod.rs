@@ -35,8 +35,9 @@ pub struct ModelFile {
     pub name: String,
     /// Units of everything in the file.
     pub units: Units,
-    /// Stages in the order of the signal, drive to displacement: `hysteresis`, then `asymmetry`, then
-    /// `output`, the last two where there are any; or `modified-play` alone.
+    /// Stages in the order of the signal, drive to displacement: `amplifier-lag`, `transport-delay`,
+    /// `hysteresis`, `asymmetry`, `quadratic`, `cubic`, `resonance`, `creep`, `output-quadratic`,
+    /// `output`, all but the hysteresis where there are any; or `modified-play` alone.
     #[serde(rename = "stage")]
     #[schemars(length(min = 1))]
     pub stages: Vec<Stage>,
@@ -122,6 +123,8 @@ pub enum Stage {
     Resonance(Resonance),
     /// Creep.
     Creep(Creep),
+    /// Even curvature behind the modes.
+    OutputQuadratic(Quadratic),
 }
 
 /// Rate-dependent Prandtl-Ishlinskii operator: w = a_0 u + sum a_i z_i, where z_i is a play of u with
@@ -185,6 +188,7 @@ impl Stage {
             Self::Cubic(_) => "cubic",
             Self::Resonance(_) => "resonance",
             Self::Creep(_) => "creep",
+            Self::OutputQuadratic(_) => "output-quadratic",
         }
     }
 
@@ -193,7 +197,7 @@ impl Stage {
         match self {
             Self::AmplifierLag(lag) => vec![("tau_s", lag.tau_s)],
             Self::TransportDelay(delay) => vec![("delay_s", delay.delay_s)],
-            Self::Quadratic(map) => vec![("q", map.q)],
+            Self::Quadratic(map) | Self::OutputQuadratic(map) => vec![("q", map.q)],
             Self::Cubic(map) => vec![("c", map.c)],
             Self::Resonance(mode) => vec![("f_n_hz", mode.f_n_hz), ("zeta", mode.zeta)],
             Self::Creep(creep) => vec![

@@ -12,7 +12,7 @@ use crate::error::{Error, Place, quoted};
 use crate::toml_text::{Step, Steps, TomlText, read_text};
 
 /// Stage names in the order in which they may stand.
-const ORDER: [&str; 9] = [
+const ORDER: [&str; 10] = [
     "amplifier-lag",
     "transport-delay",
     "hysteresis",
@@ -21,6 +21,7 @@ const ORDER: [&str; 9] = [
     "cubic",
     "resonance",
     "creep",
+    "output-quadratic",
     "output",
 ];
 /// The name of the stage that stands alone.
@@ -158,6 +159,7 @@ fn read_stage<'a>(stage: Spanned<DeValue<'a>>, toml: &TomlText<'a>) -> Result<St
         Some("cubic") => toml.typed(body).map(Stage::Cubic),
         Some("resonance") => toml.typed(body).map(Stage::Resonance),
         Some("creep") => toml.typed(body).map(Stage::Creep),
+        Some("output-quadratic") => toml.typed(body).map(Stage::OutputQuadratic),
         Some(ALONE) => toml.typed(body).map(Stage::ModifiedPlay),
         Some(other) => Err(place.error(format!(
             "there is no stage {}; the stages are {known}",

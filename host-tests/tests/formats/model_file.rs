@@ -147,17 +147,17 @@ fn refusals() {
         (
             "name = \"hysteresis\"\n",
             "",
-            "m.toml:10: the stage has no name; give it one of amplifier-lag, transport-delay, hysteresis, asymmetry, quadratic, cubic, resonance, creep, output, modified-play",
+            "m.toml:10: the stage has no name; give it one of amplifier-lag, transport-delay, hysteresis, asymmetry, quadratic, cubic, resonance, creep, output-quadratic, output, modified-play",
         ),
         (
             "\"hysteresis\"",
             "\"squeak\"",
-            "m.toml:11: there is no stage \"squeak\"; the stages are amplifier-lag, transport-delay, hysteresis, asymmetry, quadratic, cubic, resonance, creep, output, modified-play",
+            "m.toml:11: there is no stage \"squeak\"; the stages are amplifier-lag, transport-delay, hysteresis, asymmetry, quadratic, cubic, resonance, creep, output-quadratic, output, modified-play",
         ),
         (
             "\"hysteresis\"",
             "3",
-            "m.toml:11: the stage's name is not a string; use one of amplifier-lag, transport-delay, hysteresis, asymmetry, quadratic, cubic, resonance, creep, output, modified-play",
+            "m.toml:11: the stage's name is not a string; use one of amplifier-lag, transport-delay, hysteresis, asymmetry, quadratic, cubic, resonance, creep, output-quadratic, output, modified-play",
         ),
         (
             "beta_s = 0.0008572",
@@ -217,12 +217,12 @@ fn refusals() {
         (
             "name = \"output\"\ngain_um_per_v = 12.5\noffset_um = -1e-7",
             "name = \"hysteresis\"\nthresholds_v = []\nweights = [1]\nbeta_s = 0",
-            "m.toml:21: stage hysteresis stands after asymmetry; the order is amplifier-lag, transport-delay, hysteresis, asymmetry, quadratic, cubic, resonance, creep, output",
+            "m.toml:21: stage hysteresis stands after asymmetry; the order is amplifier-lag, transport-delay, hysteresis, asymmetry, quadratic, cubic, resonance, creep, output-quadratic, output",
         ),
         (
             "name = \"hysteresis\"\nthresholds_v = [9.715, 19.43]\nweights = [0.7236, 0.2906, -0.0416]\nbeta_s = 0.0008572",
             "name = \"output\"\ngain_um_per_v = 1\noffset_um = 1",
-            "m.toml:15: stage asymmetry stands after output; the order is amplifier-lag, transport-delay, hysteresis, asymmetry, quadratic, cubic, resonance, creep, output",
+            "m.toml:15: stage asymmetry stands after output; the order is amplifier-lag, transport-delay, hysteresis, asymmetry, quadratic, cubic, resonance, creep, output-quadratic, output",
         ),
         (
             "[[stage]]\nname = \"hysteresis\"\nthresholds_v = [9.715, 19.43]\nweights = [0.7236, 0.2906, -0.0416]\nbeta_s = 0.0008572\n",

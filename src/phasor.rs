@@ -17,7 +17,7 @@
 //! away at low frequencies.
 
 use crate::error::{Field, ParameterError};
-use crate::math::{Real, sin_cos};
+use crate::math::{Real, quarter_turn};
 
 /// The turn of one sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -63,7 +63,7 @@ impl<T: Real> Rotation<T> {
         if !(0.0..=0.5).contains(&turns) {
             return Err(ParameterError::TooLarge(Field::Frequency));
         }
-        let (sine, cosine) = sin_cos(core::f64::consts::PI * turns);
+        let (sine, cosine) = quarter_turn(core::f64::consts::PI * turns);
         Ok(Self {
             sine: T::from_f64(2.0 * sine * cosine),
             versine: T::from_f64(2.0 * sine * sine),

@@ -10,7 +10,7 @@
 //! itself, `x = y + (2 zeta / w_n) y' + y'' / w_n^2`, with derivatives from two samples to come.
 
 use crate::error::{Field, ParameterError};
-use crate::math::{Real, exp, sin_cos, sqrt};
+use crate::math::{Real, exp, quarter_turn, sqrt};
 
 use super::derivative::{self, Samples};
 
@@ -69,7 +69,10 @@ impl<T: Real> Resonance<T> {
         // Angle of a sample: undamped, and as the damped mode rings.
         let angle = 2.0 * core::f64::consts::PI * turns;
         let root = sqrt(1.0 - zeta * zeta);
-        let (sine, cosine) = sin_cos(angle * root);
+        // Half of it, which is at most a quarter of a turn.
+        let (half_sine, half_cosine) = quarter_turn(0.5 * angle * root);
+        let sine = 2.0 * half_sine * half_cosine;
+        let cosine = 1.0 - 2.0 * half_sine * half_sine;
         let decay = exp(-zeta * angle);
         let (along, across) = (decay * cosine, decay * sine / root);
         let phi = [

@@ -67,7 +67,11 @@ impl Stage {
                 let r = r + self.beta * rate;
                 *z = z.min(u + r).max(u - r);
             }
-            let weighted: f64 = plays.iter().zip(&self.weights[1..]).map(|(z, a)| z * a).sum();
+            let weighted: f64 = plays
+                .iter()
+                .zip(&self.weights[1..])
+                .map(|(z, a)| z * a)
+                .sum();
             self.weights[0] * u + weighted
         };
         let step = |k: usize| (drive[k + 1] - drive[k]).abs() / sample_time;
@@ -207,14 +211,18 @@ fn worst(frequency: f64, rate: Rate, drive: impl Fn(&[f64]) -> Vec<f64>) -> (f64
 fn the_published_stage_with_the_rate_of_its_own_drive() {
     let stage = Stage::p753();
     for (frequency, forward_limit, backward_limit) in [(50.0, 1e-4, 0.2), (100.0, 1e-4, 0.5)] {
-        let forward = worst(frequency, Rate::Forward, |v| preview::<1>(&stage, v, 1e-4, 0.0));
+        let forward = worst(frequency, Rate::Forward, |v| {
+            preview::<1>(&stage, v, 1e-4, 0.0)
+        });
         let without = worst(frequency, Rate::Forward, |v| explicit(&stage, v, 1e-4));
         println!("{frequency} Hz, step to come: explicit {without:.4?}, preview {forward:.6?}");
         assert!(forward.0 < forward_limit, "{forward:?}");
         for fine in [1, 20] {
             let rate = Rate::Backward(fine);
             let line = worst(frequency, rate, |v| preview::<2>(&stage, v, 1e-4, 1.0));
-            let third = worst(frequency, rate, |v| preview::<2>(&stage, v, 1e-4, 1.0 / 3.0));
+            let third = worst(frequency, rate, |v| {
+                preview::<2>(&stage, v, 1e-4, 1.0 / 3.0)
+            });
             let without = worst(frequency, rate, |v| explicit(&stage, v, 1e-4));
             println!(
                 "{frequency} Hz, {fine} times finer: explicit {without:.4?}, preview {line:.4?}, a third corrected {third:.4?}"
@@ -227,7 +235,14 @@ fn the_published_stage_with_the_rate_of_its_own_drive() {
 #[test]
 fn never_worse_than_the_explicit_inverse() {
     let (mut compared, mut worse) = (0, 0);
-    for (n, beta) in [(1, 8e-4), (3, 0.0), (3, 1e-4), (5, 3e-3), (10, 7e-4), (16, 1.5e-3)] {
+    for (n, beta) in [
+        (1, 8e-4),
+        (3, 0.0),
+        (3, 1e-4),
+        (5, 3e-3),
+        (10, 7e-4),
+        (16, 1.5e-3),
+    ] {
         let stage = Stage::of(n, beta);
         for sample_rate in [5e3, 1e4, 2e4, 5e4] {
             let sample_time = 1.0 / sample_rate;
@@ -290,15 +305,33 @@ fn refuses_what_has_no_preview_inverse() {
     };
     let model = Stage::p753().model(1e-4);
     for wrong in [
-        PreviewSettings { window: 1, ..settings },
-        PreviewSettings { window: WINDOW + 1, ..settings },
-        PreviewSettings { sweeps: 0, ..settings },
+        PreviewSettings {
+            window: 1,
+            ..settings
+        },
+        PreviewSettings {
+            window: WINDOW + 1,
+            ..settings
+        },
+        PreviewSettings {
+            sweeps: 0,
+            ..settings
+        },
     ] {
         let refused = Preview::<1>::new(&model, wrong);
         assert_eq!(refused.unwrap_err(), ParameterError::Length(Field::Preview));
     }
     for correction in [-0.1, 1.1, f64::NAN] {
-        assert!(Preview::<1>::new(&model, PreviewSettings { correction, ..settings }).is_err());
+        assert!(
+            Preview::<1>::new(
+                &model,
+                PreviewSettings {
+                    correction,
+                    ..settings
+                }
+            )
+            .is_err()
+        );
     }
     // A_1 = 0.5 a_0: well-posed while beta < h (P 4).
     let falling = |beta| Stage {

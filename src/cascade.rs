@@ -23,15 +23,15 @@ use crate::hysteresis::preview::{PreviewInverse, PreviewSettings, PreviewState};
 use crate::hysteresis::{RateDependentPi, State};
 use crate::math::Real;
 
-/// Inverse of a [`Chain`], with a window of up to `WINDOW` samples in each of `STAGES` where the
-/// hysteresis is inverted with a preview.
+/// Inverse of a [`Chain`], with a window of up to `WINDOW` samples where the hysteresis is inverted
+/// with a preview.
 #[derive(Clone, Copy, Debug)]
-pub struct Cascade<T, const N: usize, const M: usize, const WINDOW: usize, const STAGES: usize> {
+pub struct Cascade<T, const N: usize, const M: usize, const WINDOW: usize> {
     offset: T,
     per_gain: T,
     effects: Effects<T>,
     asymmetry: Option<Asymmetry<T, M>>,
-    hysteresis: Hysteresis<T, N, WINDOW, STAGES>,
+    hysteresis: Hysteresis<T, N, WINDOW>,
 }
 
 /// How the hysteresis is inverted.
@@ -40,17 +40,17 @@ pub struct Cascade<T, const N: usize, const M: usize, const WINDOW: usize, const
     clippy::large_enum_variant,
     reason = "there is no heap to put the larger one on"
 )]
-enum Hysteresis<T, const N: usize, const WINDOW: usize, const STAGES: usize> {
+enum Hysteresis<T, const N: usize, const WINDOW: usize> {
     Explicit(RateDependentPi<T, N>),
-    Preview(PreviewInverse<T, N, WINDOW, STAGES>),
+    Preview(PreviewInverse<T, N, WINDOW>),
 }
 
 /// State of a cascade.
 #[derive(Clone, Copy, Debug)]
-pub struct CascadeState<T, const N: usize, const WINDOW: usize, const STAGES: usize> {
+pub struct CascadeState<T, const N: usize, const WINDOW: usize> {
     creep: Option<CreepState<T, CREEP_DECADES>>,
     resonances: [Option<Samples<T>>; MODES],
-    hysteresis: HysteresisState<T, N, WINDOW, STAGES>,
+    hysteresis: HysteresisState<T, N, WINDOW>,
     amplifier_lag: Option<Samples<T>>,
     advance: Option<AdvanceState<T>>,
 }
@@ -60,14 +60,12 @@ pub struct CascadeState<T, const N: usize, const WINDOW: usize, const STAGES: us
     clippy::large_enum_variant,
     reason = "there is no heap to put the larger one on"
 )]
-enum HysteresisState<T, const N: usize, const WINDOW: usize, const STAGES: usize> {
+enum HysteresisState<T, const N: usize, const WINDOW: usize> {
     Explicit(State<T, N>),
-    Preview(PreviewState<T, N, WINDOW, STAGES>),
+    Preview(PreviewState<T, N, WINDOW>),
 }
 
-impl<T: Real, const N: usize, const M: usize, const WINDOW: usize, const STAGES: usize>
-    Cascade<T, N, M, WINDOW, STAGES>
-{
+impl<T: Real, const N: usize, const M: usize, const WINDOW: usize> Cascade<T, N, M, WINDOW> {
     /// The inverse of `chain`; of its hysteresis with a preview where `preview` says how.
     ///
     /// # Errors
@@ -75,7 +73,7 @@ impl<T: Real, const N: usize, const M: usize, const WINDOW: usize, const STAGES:
     /// [`PreviewInverse::new`].
     pub fn new(
         chain: &Chain<T, N, M>,
-        preview: Option<PreviewSettings<T>>,
+        preview: Option<PreviewSettings>,
     ) -> Result<Self, ParameterError> {
         let model = chain.model();
         let hysteresis = match preview {
@@ -110,7 +108,7 @@ impl<T: Real, const N: usize, const M: usize, const WINDOW: usize, const STAGES:
     ///
     /// # Errors
     /// A first sample that is not finite.
-    pub fn start(&self, first: T) -> Result<CascadeState<T, N, WINDOW, STAGES>, SampleError> {
+    pub fn start(&self, first: T) -> Result<CascadeState<T, N, WINDOW>, SampleError> {
         let w = self.unscale(first)?;
         let bent = self.unbend(w);
         let effects = &self.effects;
@@ -147,7 +145,7 @@ impl<T: Real, const N: usize, const M: usize, const WINDOW: usize, const STAGES:
     #[inline(always)]
     pub fn step(
         &self,
-        state: &mut CascadeState<T, N, WINDOW, STAGES>,
+        state: &mut CascadeState<T, N, WINDOW>,
         reference: T,
     ) -> Result<T, SampleError> {
         let effects = &self.effects;

@@ -25,7 +25,7 @@ pub enum Field {
     NegativeThresholds,
     /// Slopes of the asymmetry map for negative arguments.
     NegativeSlopes,
-    /// Window, sweeps or correction of a preview inverse.
+    /// Window or sweeps of a preview inverse.
     Preview,
     /// Gain from volts to micrometres.
     Gain,

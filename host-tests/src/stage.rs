@@ -10,7 +10,7 @@ use hysteron::effect::quadratic::Quadratic;
 use hysteron::effect::resonance::Resonance;
 use hysteron::error::{Field, ParameterError, SampleError};
 use hysteron::hysteresis::Parameters;
-use hysteron::hysteresis::preview::{PreviewSettings, window_for};
+use hysteron::hysteresis::preview::{PlantRate, PreviewSettings, window_for};
 
 use crate::error::Error;
 use crate::model_file::{ModelFile, Stage, TwoSided};
@@ -31,7 +31,7 @@ pub type Chain = hysteron::chain::Chain<f64, PLAYS, CORNERS>;
 /// Most reference samples that a preview looks at.
 pub const WINDOW: usize = 128;
 /// Its inverse.
-pub type Cascade = hysteron::cascade::Cascade<f64, PLAYS, CORNERS, WINDOW, 1>;
+pub type Cascade = hysteron::cascade::Cascade<f64, PLAYS, CORNERS, WINDOW>;
 
 /// The model for samples that are `sample_time_s` seconds apart.
 ///
@@ -88,8 +88,8 @@ pub fn cascade(file: &ModelFile, sample_time_s: f64) -> Result<Cascade, Error> {
     let hysteresis = chain.model().hysteresis();
     let preview = (hysteresis.beta() > 0.0).then(|| PreviewSettings {
         window: window_for(hysteresis).min(WINDOW),
-        sweeps: 3,
-        correction: 0.0,
+        sweeps: 1,
+        plant_rate: PlantRate::Midpoint,
     });
     Cascade::new(&chain, preview).map_err(|refused| {
         Error::request(format!("model \"{}\" has no inverse: {refused}", file.name))

@@ -296,7 +296,7 @@ fn every_combination_of_effects_is_undone() {
         let map = chosen(6).then_some(map);
         let model = Model::new(hysteresis, map, 0.9, 2.0).unwrap();
         let chain = Chain::new(model, effects);
-        let cascade = Cascade::<f64, 3, 2, 2, 1>::new(&chain, None).unwrap();
+        let cascade = Cascade::<f64, 3, 2, 2>::new(&chain, None).unwrap();
         let latency = cascade.latency();
         let mut state = cascade.start(2.0).unwrap();
         // Applied as it comes: a reference sample is reached `latency` samples after it went in, the

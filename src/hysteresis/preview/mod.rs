@@ -35,228 +35,205 @@
 //! d = (b_0 p + B_m q + sum_(i > m) b_i e_i) / (1 - b B_m),   B_m = b_1 + ... + b_m      (P 3)
 //! ```
 //!
-//! is checked in one pass. It has exactly one solution while every `1 - b B_m > 0`, that is
+//! is checked in one pass. An error of `d_(k+1)` reaches `d_k` times `rho_m / (1 + rho_m)`,
+//! `rho_m = -b B_m = (beta / h) (A_m - a_0) / A_m`, which is below one as long as `rho_m > -1/2`:
 //!
 //! ```text
-//! A_m > a_0 / (1 + h / beta)   for every partial sum A_m                                (P 4)
+//! A_m > a_0 / (1 + h / (2 beta))   for every partial sum A_m                            (P 4)
 //! ```
 //!
-//! which weights `a_i >= 0` always meet; other models are refused. An error of `d_(k+1)` reaches
-//! `d_k` shrunk by `-b B_m / (1 - b B_m) < 1`: **the recursion is stable backward in time**, where the
-//! same equation run forward grows without bound, so a guess at the end of a short window is
-//! forgotten within it. (P 1) is the difference of two samples on purpose: in absolute form the
-//! drive after a turning point hangs on the plays before it and the sweep does not converge.
+//! Then **the recursion is stable backward in time**, where the same equation run forward grows
+//! without bound, so a guess at the end of a short window is forgotten within it. Weights
+//! `a_i >= 0` always meet (P 4); other models are refused. (P 1) is the difference of two samples on
+//! purpose: in absolute form the drive after a turning point hangs on the plays before it, and the
+//! sweep does not converge. For the same reason `y_(k-1)` in `e_i` is not where the steps of the sweep
+//! before put a play that slides, but where it came to rest before: `min(q + b d, e_i)` is the same
+//! for both, and the sample at which a play is captured no longer hangs on the steps before it.
+//!
+//! Behind a turning point the envelope may close faster than the reference rises, and the plays at
+//! its other side are pushed back, by up to `g_i = y_(k-1) - s_i - v_(k+1) - b |d_(k+1)|`. Then
+//!
+//! ```text
+//! d = b_0 p - sum b_i clamp(b d - p - b |d_(k+1)|, 0, g_i)                              (P 5)
+//! ```
+//!
+//! has exactly one solution beyond `b d = p + b |d_(k+1)|`, found in one pass from the largest `g_i`.
+//! So there always is a step, and one sweep in a tick converges, since the next tick goes on from it.
 //!
 //! A tick takes in one reference sample, follows the plays forward through the window with the steps
-//! it has, sweeps (P 3) backward through it, and emits the oldest drive; the next tick goes on from
-//! there. `sweeps` of them are made in each tick.
+//! it has, sweeps (P 3) backward through it, and emits the oldest drive.
 //!
 //! # Which rate the plant sees
 //!
-//! A plant that sees the step *to come* is inverted exactly. A drive that is joined by straight lines
-//! shows the actuator the step that *led* to a sample, half a sample earlier than the drive's
-//! derivative there; the two differ by `tau h u''`, and no drive can satisfy both. A further stage
-//! therefore simulates the second kind of plant on the drive of the stage before, and gives the
-//! reference, less the `correction` times that error smoothed over three samples, to another window.
-//! `correction` 0 aims at the step to come, 1 at the step that led there.
+//! A plant that sees the step *to come* ([`PlantRate::Forward`]) is inverted exactly. A drive that is
+//! joined by straight lines shows the actuator the step that *led* to a sample
+//! ([`PlantRate::Backward`]), half a sample earlier than the drive's derivative there; the two differ
+//! by `beta h u''` in the envelope, so no drive satisfies both. The envelope is therefore taken
+//! as `b (|d_k| + g c_k)`, with
+//!
+//! ```text
+//! c_k = minmod(|d_(k-1)| - |d_k|, |d_k| - |d_(k+1)|),   min(|d_(k-1)| - |d_k|, 0) at a turn (P 6)
+//! ```
+//!
+//! from the sweep before: second order where the drive is smooth, and nothing where its rate jumps.
+//! There an error is left that no drive avoids: the plant sees the old rate for one more sample, and
+//! what corrects it now must be paid for later, since while plays slide its error is
+//! `e_k = alpha x_k + gamma x_(k-1)` for a deviation `x` from the plan, `alpha = A_m (1 - rho_m)`,
+//! `gamma = A_m rho_m`. The sum of the squares of the errors is least with
+//!
+//! ```text
+//! x_k = -e_k alpha / (alpha^2 + max(gamma'^2 - alpha'^2, 0))                            (P 7)
+//! ```
+//!
+//! where the primes mean the plays that slide at the next sample and `e_k` is what the simulated plant
+//! would do with the plan. With `rho < 1/2` the plant can be followed forward, and (P 7) does so.
+//! The inverse plays are then taken over from the simulated plant. [`PlantRate::Midpoint`] has both
+//! corrections in part, `g = 0.46` and `g^2`.
 //!
 //! # Limits
 //!
-//! At the sample of a turning point whose next step is much smaller, (P 1) may have no solution at
-//! all: the closing envelope pushes plays back. The nearest step is taken.
+//! The window has to hold [`window_for`] samples, about `7 beta / h`: a smaller one truncates the
+//! recursion. Figures, and what is worse than the explicit inverse: `docs/preview.md`.
 
+mod aim;
+mod solve;
 mod window;
 
+pub use aim::PlantRate;
 pub use window::PreviewState;
 
 use crate::error::{Field, ParameterError};
-use crate::hysteresis::{RateDependentPi, State};
+use crate::hysteresis::RateDependentPi;
 use crate::math::Real;
 
+use aim::{Plant, Return};
 use window::Window;
 
-/// Preview inverse of a model of up to `N` plays: `WINDOW` reference samples a stage, `STAGES` of
-/// them.
+/// Preview inverse of a model of up to `N` plays that looks at up to `WINDOW` reference samples.
 ///
-/// Takes `O(STAGES sweeps window N)` operations a tick and no division.
+/// Takes `O(sweeps window)` operations a tick and as many a play that moves, and no division.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PreviewInverse<T, const N: usize, const WINDOW: usize, const STAGES: usize> {
+pub struct PreviewInverse<T, const N: usize, const WINDOW: usize> {
     model: RateDependentPi<T, N>,
     inverse: RateDependentPi<T, N>,
-    /// `a_0 beta / h`: half width of the envelope for a step of the drive.
+    /// `beta / h`: half width of the model's envelope for a step of the drive.
+    ratio: T,
+    /// `b = a_0 beta / h`: that of the inverse.
     widening: T,
-    /// Its reciprocal; zero where there is no rate term.
-    per_widening: T,
     /// `B_1..B_n`.
     sums: [T; N],
     /// `1 / (1 - b B_m)` for `m = 1..n`.
     gains: [T; N],
+    /// `1 / (1 + b B_m)` where that is positive.
+    closing_gains: [T; N],
+    returning: Return<T, N>,
     window: usize,
     sweeps: usize,
-    quarter_correction: T,
+    /// `g`.
+    share: T,
 }
 
 /// How a preview inverse works; see the [module](self).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PreviewSettings<T> {
-    /// Reference samples that a stage looks at, `2..=WINDOW`; [`window_for`] proposes a number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PreviewSettings {
+    /// Reference samples that it looks at, `2..=WINDOW`; [`window_for`] proposes a number.
     pub window: usize,
-    /// Sweeps a tick, at least one. One is enough for smooth references, a corner may take three.
+    /// Sweeps a tick, at least one; one is enough.
     pub sweeps: usize,
-    /// From 0 for a plant that sees the step to come to 1 for one that sees the step that led there.
-    pub correction: T,
+    /// What the plant's thresholds widen with.
+    pub plant_rate: PlantRate,
 }
 
-/// What a later stage remembers of the one before.
-#[derive(Clone, Copy, Debug)]
-struct Corrector<T, const N: usize> {
-    plant: State<T, N>,
-    /// The newest sample of the stage before.
-    newest: Sample<T>,
-    /// Error of the sample before that.
-    error_before: T,
-}
-
-#[derive(Clone, Copy, Debug)]
-struct Sample<T> {
-    wanted: T,
-    reference: T,
-    error: T,
-}
-
-impl<T: Real, const N: usize, const WINDOW: usize, const STAGES: usize>
-    PreviewInverse<T, N, WINDOW, STAGES>
-{
+impl<T: Real, const N: usize, const WINDOW: usize> PreviewInverse<T, N, WINDOW> {
     /// The preview inverse of `model`.
     ///
     /// # Errors
     /// As [`RateDependentPi::inverse`]; a window or a number of sweeps that is out of range
-    /// ([`Field::Preview`]); a correction that is not from 0 to 1; a partial sum of weights that
-    /// violates (P 4).
+    /// ([`Field::Preview`]); a partial sum of weights that violates (P 4).
     pub fn new(
         model: &RateDependentPi<T, N>,
-        settings: PreviewSettings<T>,
+        settings: PreviewSettings,
     ) -> Result<Self, ParameterError> {
-        const { assert!(WINDOW > 1 && STAGES > 0, "no room for a window") };
         let PreviewSettings {
             window,
             sweeps,
-            correction,
+            plant_rate,
         } = settings;
         if !(2..=WINDOW).contains(&window) || sweeps == 0 {
             return Err(ParameterError::Length(Field::Preview));
         }
-        if !(correction >= T::ZERO && correction <= T::ONE) {
-            return Err(ParameterError::NotFinite(Field::Preview, 0));
-        }
         let inverse = model.inverse()?;
-        let widening = inverse.beta() / model.sample_time();
-        let per_widening = if widening > T::ZERO {
-            T::ONE / widening
-        } else {
-            T::ZERO
-        };
-        if !(widening.is_finite() && per_widening.is_finite()) {
+        let ratio = model.beta() / model.sample_time();
+        let widening = model.weight_0() * ratio;
+        if !widening.is_finite() {
             return Err(ParameterError::NotFinite(Field::Beta, 0));
         }
-        let (mut sums, mut gains) = ([T::ZERO; N], [T::ZERO; N]);
+        let half = T::from_f64(0.5);
+        let [mut sums, mut gains, mut closing_gains] = [[T::ZERO; N]; 3];
         let mut sum = T::ZERO;
-        let rows = sums.iter_mut().zip(&mut gains);
-        for (i, ((to, gain), &weight)) in rows.zip(inverse.bank().weights()).enumerate() {
+        let rows = sums.iter_mut().zip(&mut gains).zip(&mut closing_gains);
+        let weights = inverse.bank().weights();
+        for (i, (((to, gain), closing_gain), &weight)) in rows.zip(weights).enumerate() {
             sum = sum + weight;
-            let slope = T::ONE - widening * sum;
-            if slope <= T::ZERO {
+            let rho = -(widening * sum);
+            if rho <= -half {
                 return Err(ParameterError::RateTooStrong(i + 1));
             }
-            (*to, *gain) = (sum, T::ONE / slope);
+            (*to, *gain) = (sum, T::ONE / (T::ONE + rho));
+            // With more sliding plays the root of (P 5) does not lie.
+            let closing = T::ONE / (T::ONE - rho);
+            if closing > T::ZERO && closing.is_finite() {
+                *closing_gain = closing;
+            }
         }
+        let mut partial_sums = [T::ZERO; N];
+        let mut sum = model.weight_0();
+        let mut count = 0;
+        for (to, &weight) in partial_sums.iter_mut().zip(model.bank().weights()) {
+            sum = sum + weight;
+            *to = sum;
+            count += 1;
+        }
+        let partial_sums = partial_sums.get(..count).unwrap_or(&[]);
         Ok(Self {
             model: *model,
             inverse,
+            ratio,
             widening,
-            per_widening,
             sums,
             gains,
+            closing_gains,
+            returning: Return::new(model.weight_0(), partial_sums, ratio),
             window,
             sweeps,
-            quarter_correction: T::from_f64(0.25) * correction,
+            share: T::from_f64(plant_rate.share()),
         })
     }
 
     /// Samples between a reference sample going in and its drive coming out.
     pub const fn latency(&self) -> usize {
-        STAGES * (self.window - 1) + (STAGES - 1)
+        self.window - 1
     }
 
-    /// State for a reference that has rested at `first` until now, plays at zero.
-    pub fn start(&self, first: T) -> PreviewState<T, N, WINDOW, STAGES> {
-        let sample = Sample {
-            wanted: first,
-            reference: first,
-            error: T::ZERO,
-        };
-        let window = Window::new(first);
+    /// State for a reference that has rested at `first` until now, plays at zero before.
+    pub fn start(&self, first: T) -> PreviewState<T, N, WINDOW> {
         let mut state = PreviewState {
-            windows: [window; STAGES],
-            correctors: [Corrector {
-                plant: self.model.start(T::ZERO),
-                newest: sample,
-                error_before: T::ZERO,
-            }; STAGES],
+            window: Window::new(first, [T::ZERO; N]),
+            plant: Plant::new(T::ZERO),
         };
-        // A plant at rest at the drive that the first window is going to emit.
-        let drive = self.rest(first);
-        for corrector in &mut state.correctors {
-            corrector.plant = self.model.start(drive);
-        }
+        // A plant at rest at the drive that is going to come first.
+        let mut inverse = self.inverse.start(first);
+        let drive = self.inverse.step_with_rate(&mut inverse, first, T::ZERO);
+        state.plant = self.respond(&Plant::new(drive), drive).plant;
         state
     }
 
     /// Drive for the reference sample that came [`PreviewInverse::latency`] samples ago.
     ///
     /// Trusts a finite reference, as the explicit inverse does.
-    pub fn step(&self, state: &mut PreviewState<T, N, WINDOW, STAGES>, reference: T) -> T {
-        let mut sample = Sample {
-            wanted: reference,
-            reference,
-            error: T::ZERO,
-        };
-        let mut drive = T::ZERO;
-        let last = STAGES - 1;
-        let stages = state.windows.iter_mut().zip(&mut state.correctors);
-        for (stage, (window, corrector)) in stages.enumerate() {
-            let (aged, out) = self.advance(window, sample.wanted, sample.reference);
-            drive = out;
-            if stage < last {
-                sample = self.correct(corrector, aged, out);
-            }
-        }
-        drive
-    }
-
-    /// The reference of the next stage, one sample behind what the stage before emitted.
-    fn correct(&self, corrector: &mut Corrector<T, N>, emitted: (T, T), drive: T) -> Sample<T> {
-        let (wanted, reference) = emitted;
-        let error = self.model.step(&mut corrector.plant, drive) - wanted;
-        let error_before = corrector.error_before;
-        let middle = corrector.newest;
-        corrector.error_before = middle.error;
-        corrector.newest = Sample {
-            wanted,
-            reference,
-            error,
-        };
-        let smooth = error_before + middle.error + middle.error + error;
-        Sample {
-            wanted: middle.wanted,
-            reference: middle.reference - self.quarter_correction * smooth,
-            error: T::ZERO,
-        }
-    }
-
-    fn rest(&self, reference: T) -> T {
-        let mut state = self.inverse.start(reference);
-        self.inverse.step_with_rate(&mut state, reference, T::ZERO)
+    pub fn step(&self, state: &mut PreviewState<T, N, WINDOW>, reference: T) -> T {
+        self.advance(&mut state.window, reference);
+        self.emit(state)
     }
 }
 
@@ -273,18 +250,23 @@ impl<T: Real, const N: usize, const WINDOW: usize, const STAGES: usize>
 /// ```
 pub fn window_for<T: Real, const N: usize>(model: &RateDependentPi<T, N>) -> usize {
     let a_0 = model.weight_0().to_f64();
-    let per_sample = model.beta().to_f64() / model.sample_time().to_f64();
+    let ratio = model.beta().to_f64() / model.sample_time().to_f64();
     let mut sum = a_0;
     let mut slowest = 0.0;
     for weight in model.bank().weights() {
         sum += weight.to_f64();
-        let share = per_sample * (1.0 - a_0 / sum).abs();
-        if share > slowest {
-            slowest = share;
+        let rho = ratio * (1.0 - a_0 / sum);
+        // A negative one shrinks an error as -rho / (1 + 2 rho) does, and turns its sign.
+        let rho = if rho < 0.0 {
+            -rho / (1.0 + 2.0 * rho)
+        } else {
+            rho
+        };
+        if rho > slowest {
+            slowest = rho;
         }
     }
-    // ln(1000) samples of the time constant `slowest`, of which one step of (P 3) is
-    // ln(1 + 1 / slowest), nearly 1 / (slowest + 1/2).
+    // A step of (P 3) shrinks an error by exp(-ln(1 + 1 / rho)), nearly exp(-1 / (rho + 1/2)).
     let samples = 6.91 * (slowest + 0.5) + 2.0;
     if samples < 8.0 {
         8

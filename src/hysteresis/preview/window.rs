@@ -1,190 +1,227 @@
-//! One window of reference samples: plays forward, steps backward.
+//! The window of reference samples: where plays rest, and the steps of the drive.
 
 use crate::math::{Real, max, min};
 
-use super::{Corrector, PreviewInverse};
+use super::PreviewInverse;
+use super::aim::Plant;
+use super::solve::Sample;
 
 /// State of a preview inverse.
 #[derive(Clone, Copy, Debug)]
-pub struct PreviewState<T, const N: usize, const WINDOW: usize, const STAGES: usize> {
-    pub(super) windows: [Window<T, N, WINDOW>; STAGES],
-    pub(super) correctors: [Corrector<T, N>; STAGES],
+pub struct PreviewState<T, const N: usize, const WINDOW: usize> {
+    pub(super) window: Window<T, N, WINDOW>,
+    pub(super) plant: Plant<T, N>,
 }
 
-/// The samples that a stage looks at, oldest first.
+/// What a preview inverse knows of the samples ahead.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Window<T, const N: usize, const WINDOW: usize> {
-    wanted: [T; WINDOW],
-    reference: [T; WINDOW],
-    /// `d_k`, the steps of the drive; that of the newest sample is a guess.
-    steps: [T; WINDOW],
-    /// Outputs of the inverse plays before each sample.
-    plays: [[T; N]; WINDOW],
+    /// Oldest first.
+    entries: [Entry<T>; WINDOW],
+    /// Where the inverse plays came to rest; the first row stands before the oldest sample.
+    rows: [[T; N]; WINDOW],
+    /// The step before the oldest sample.
+    step_before: T,
+}
+
+/// One sample of the window.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Entry<T> {
+    pub(super) reference: T,
+    /// Rise of the reference to the next sample; zero for the newest.
+    p: T,
+    /// `d_k`, the step of the drive to the next sample; a guess for the newest.
+    pub(super) step: T,
+    /// `c_k`, what the plant sees more than `|d_k|`.
+    lag: T,
+    /// The row where the plays rest.
+    row: usize,
+}
+
+/// A front since it last left plays behind.
+#[derive(Clone, Copy)]
+struct Front<T> {
+    furthest: T,
+    last: T,
 }
 
 impl<T: Real, const N: usize, const WINDOW: usize> Window<T, N, WINDOW> {
-    /// A reference at rest, plays at zero.
-    pub(super) fn new(reference: T) -> Self {
+    /// A reference at rest.
+    pub(super) fn new(reference: T, plays: [T; N]) -> Self {
+        let entry = Entry {
+            reference,
+            p: T::ZERO,
+            step: T::ZERO,
+            lag: T::ZERO,
+            row: 0,
+        };
         Self {
-            wanted: [reference; WINDOW],
-            reference: [reference; WINDOW],
-            steps: [T::ZERO; WINDOW],
-            plays: [[T::ZERO; N]; WINDOW],
+            entries: [entry; WINDOW],
+            rows: [plays; WINDOW],
+            step_before: T::ZERO,
+        }
+    }
+
+    /// The oldest sample, and the inverse plays before it.
+    pub(super) fn oldest(&mut self) -> (Entry<T>, &mut [T; N]) {
+        const { assert!(WINDOW > 1, "no room for a window") };
+        (self.entries[0], &mut self.rows[0])
+    }
+
+    /// Takes in the newest of `len` reference samples; the oldest one leaves.
+    fn shift(&mut self, len: usize, reference: T) {
+        self.step_before = self.entries[0].step;
+        let Some(entries) = self.entries.get_mut(..len) else {
+            return;
+        };
+        entries.rotate_left(1);
+        if let [.., before, newest] = entries {
+            before.p = reference - before.reference;
+            // The last step is taken to continue.
+            *newest = Entry {
+                reference,
+                p: T::ZERO,
+                lag: T::ZERO,
+                ..*before
+            };
         }
     }
 }
 
-impl<T: Real, const N: usize, const WINDOW: usize, const STAGES: usize>
-    PreviewInverse<T, N, WINDOW, STAGES>
-{
-    /// Takes in one sample; wanted value and reference of the oldest one, and the drive for it.
-    pub(super) fn advance(
-        &self,
-        window: &mut Window<T, N, WINDOW>,
-        wanted: T,
-        reference: T,
-    ) -> ((T, T), T) {
-        let Window {
-            wanted: wanteds,
-            reference: references,
-            steps,
-            plays,
-        } = window;
-        let len = self.window;
-        push(wanteds, len, wanted);
-        push(references, len, reference);
-        // The last step is taken to continue.
-        let guess = steps.get(len - 1).copied().unwrap_or(T::ZERO);
-        push(steps, len, guess);
-        // `plays[0]` moved on when the drive of the sample that has just left was emitted.
+impl<T: Real, const N: usize, const WINDOW: usize> PreviewInverse<T, N, WINDOW> {
+    /// Takes in a reference sample and goes through the window with it.
+    pub(super) fn advance(&self, window: &mut Window<T, N, WINDOW>, reference: T) {
+        window.shift(self.window, reference);
         for _ in 0..self.sweeps {
-            self.follow(references, steps, plays);
-            self.sweep(references, steps, plays);
-        }
-        let oldest = (
-            wanteds.first().copied().unwrap_or(T::ZERO),
-            references.first().copied().unwrap_or(T::ZERO),
-        );
-        let mut drive = self.inverse.weight_0() * oldest.1;
-        let half_width = self.widening * steps.first().copied().unwrap_or(T::ZERO).abs();
-        if let Some(plays) = plays.first_mut() {
-            self.push_plays(plays, oldest.1, half_width);
-            for (&y, &b) in plays.iter().zip(self.inverse.bank().weights()) {
-                drive = drive + b * y;
+            if self.share > T::ZERO {
+                self.lag(window);
             }
-        }
-        (oldest, drive)
-    }
-
-    /// Play outputs before each sample, from those before the oldest one.
-    fn follow(&self, references: &[T], steps: &[T], plays: &mut [[T; N]]) {
-        let mut samples = references.iter().zip(steps).take(self.window);
-        let Some((mut before, rest)) = plays.split_first_mut().map(|(p, r)| (*p, r)) else {
-            return;
-        };
-        for to in rest.iter_mut().take(self.window - 1) {
-            let Some((&v, &d)) = samples.next() else {
-                return;
-            };
-            self.push_plays(&mut before, v, self.widening * d.abs());
-            *to = before;
+            self.follow(window);
+            self.sweep(window);
         }
     }
 
+    /// Half width of the envelope at a sample.
     #[inline(always)]
-    fn push_plays(&self, plays: &mut [T; N], v: T, half_width: T) {
-        let (lo, hi) = (v - half_width, v + half_width);
-        for (y, &s) in plays.iter_mut().zip(self.inverse.bank().thresholds()) {
-            *y = max(min(*y, hi + s), lo - s);
+    pub(super) fn half_width(&self, entry: &Entry<T>) -> T {
+        self.widening * max(entry.step.abs() + entry.lag, T::ZERO)
+    }
+
+    /// `c_k` (P 6) from the steps of the sweep before.
+    fn lag(&self, window: &mut Window<T, N, WINDOW>) {
+        let mut step_before = window.step_before;
+        let mut waiting: Option<(&mut Entry<T>, T)> = None;
+        for entry in window.entries.iter_mut().take(self.window) {
+            let fall = match waiting.take() {
+                Some((last, fall)) => {
+                    let next = last.step.abs() - entry.step.abs();
+                    last.lag = self.share * limited(step_before, last.step, fall, next);
+                    step_before = last.step;
+                    next
+                }
+                None => step_before.abs() - entry.step.abs(),
+            };
+            waiting = Some((entry, fall));
         }
+        if let Some((last, fall)) = waiting {
+            last.lag = self.share * limited(step_before, last.step, fall, fall);
+        }
+    }
+
+    /// Where the plays rest before each sample, with the steps of the sweep before.
+    ///
+    /// A play that slides is left where it was until its front turns back: (P 3) then does not hang
+    /// on where those steps put it.
+    fn follow(&self, window: &mut Window<T, N, WINDOW>) {
+        let mut row = 0;
+        let [mut lo, mut hi] = [-T::INFINITY, T::INFINITY].map(|far| Front {
+            furthest: far,
+            last: far,
+        });
+        let rows = &mut window.rows;
+        for entry in window.entries.iter_mut().take(self.window - 1) {
+            let rising = entry.p >= T::ZERO;
+            if rising || hi.last > hi.furthest {
+                row = self.rest(rows, row, -T::ONE, hi.furthest);
+                hi.furthest = T::INFINITY;
+            }
+            if !rising || lo.last < lo.furthest {
+                row = self.rest(rows, row, T::ONE, lo.furthest);
+                lo.furthest = -T::INFINITY;
+            }
+            entry.row = row;
+            let half_width = self.half_width(entry);
+            lo.last = entry.reference - half_width;
+            hi.last = entry.reference + half_width;
+            lo.furthest = max(lo.furthest, lo.last);
+            hi.furthest = min(hi.furthest, hi.last);
+        }
+    }
+
+    /// Pushes the plays of a row up (`sign` 1) or down (-1) by a front, into a row of their own.
+    #[inline(always)]
+    fn rest(&self, rows: &mut [[T; N]; WINDOW], row: usize, sign: T, front: T) -> usize {
+        let thresholds = self.inverse.bank().thresholds();
+        let ahead = |y: T, s: T| sign * (front - y) > s;
+        let Some(&(mut plays)) = rows.get(row) else {
+            return row;
+        };
+        let mut moved = false;
+        for (y, &s) in plays.iter_mut().zip(thresholds) {
+            if !ahead(*y, s) {
+                break;
+            }
+            *y = front - sign * s;
+            moved = true;
+        }
+        if !moved {
+            return row;
+        }
+        // Both fronts can only push at one sample if one play is between them, so there are rows
+        // enough; should rounding say otherwise, the last one is used again.
+        let next = if row + 1 < WINDOW { row + 1 } else { row };
+        if let Some(to) = rows.get_mut(next) {
+            *to = plays;
+        }
+        next
     }
 
     /// Solves (P 2) for every step, newest first.
-    fn sweep(&self, references: &[T], steps: &mut [T], plays: &[[T; N]]) {
-        let count = self.window;
-        let (Some(references), Some(steps), Some(plays)) = (
-            references.get(..count),
-            steps.get_mut(..count),
-            plays.get(..count),
-        ) else {
+    fn sweep(&self, window: &mut Window<T, N, WINDOW>) {
+        let rows = &window.rows;
+        let entries = window.entries.get_mut(..self.window);
+        let Some((newest, entries)) = entries.and_then(|entries| entries.split_last_mut()) else {
             return;
         };
-        let Some(mut next) = steps.last().copied() else {
-            return;
-        };
-        let pairs = references.windows(2).zip(steps).zip(plays);
-        for ((pair, step), plays) in pairs.rev() {
-            if let &[v, v_next] = pair {
-                *step = self.solve(plays, v, v_next, self.widening * next.abs());
-                next = *step;
+        let mut v_next = newest.reference;
+        let mut next_width = self.half_width(newest);
+        for entry in entries.iter_mut().rev() {
+            if let Some(plays) = rows.get(entry.row) {
+                entry.step = self.solve(&Sample {
+                    plays,
+                    v_next,
+                    p: entry.p,
+                    wider: self.widening * entry.lag,
+                    next_width,
+                });
             }
+            v_next = entry.reference;
+            next_width = self.half_width(entry);
         }
-    }
-
-    /// The step of the drive from reference `v` to `v_next`, where the envelope has `half_width`;
-    /// `plays` stand before `v`.
-    fn solve(&self, plays: &[T; N], v: T, v_next: T, half_width: T) -> T {
-        let p = v_next - v;
-        if p < T::ZERO {
-            // A falling reference is a rising one seen in a mirror.
-            -self.solve_rising(plays, -T::ONE, -v_next, -p, half_width)
-        } else {
-            self.solve_rising(plays, T::ONE, v_next, p, half_width)
-        }
-    }
-
-    #[inline(always)]
-    fn solve_rising(&self, plays: &[T; N], sign: T, v_next: T, p: T, half_width: T) -> T {
-        let direct = self.inverse.weight_0() * p;
-        let bank = self.inverse.bank();
-        let q = p - half_width;
-        let lo = v_next - half_width;
-        // Plays that are pushed at the next sample at the latest, and what they then travel.
-        let mut pushed = 0;
-        let mut travel = T::ZERO;
-        let rows = plays.iter().zip(bank.thresholds()).zip(bank.weights());
-        for ((&y, &s), &b) in rows {
-            let e = lo - s - sign * y;
-            if e <= T::ZERO {
-                break;
-            }
-            pushed += 1;
-            travel = travel + b * e;
-        }
-        // (P 3) from no sliding play upward: each takes its travel out of the rest.
-        let mut step = direct + travel;
-        let rows = plays.iter().zip(bank.thresholds()).zip(bank.weights());
-        let sliding = rows.zip(self.sums.iter().zip(&self.gains));
-        for (((&y, &s), &b), (&sum, &gain)) in sliding.take(pushed) {
-            let e = lo - s - sign * y;
-            if q + self.widening * step >= e {
-                break;
-            }
-            travel = travel - b * e;
-            step = gain * (direct + sum * q + travel);
-        }
-        // No play slides through both samples: those with e_i > 0 then need q + b d <= 0.
-        if q + self.widening * step <= T::ZERO {
-            step = direct;
-        }
-        // Beyond this step the envelope that closes would push plays back.
-        let turned = plays
-            .first()
-            .zip(bank.thresholds().first())
-            .is_some_and(|(&y, &s)| sign * y - s - v_next - half_width > T::ZERO);
-        if turned {
-            step = min(step, (p + half_width) * self.per_widening);
-        }
-        step
     }
 }
 
-/// Shifts the first `len` entries by one towards the front and puts `newest` behind them.
-fn push<T: Copy>(entries: &mut [T], len: usize, newest: T) {
-    if let Some(entries) = entries.get_mut(..len) {
-        entries.rotate_left(1);
-        if let Some(last) = entries.last_mut() {
-            *last = newest;
-        }
+/// The fall of `|d|` to a step and the one to the next, whichever is smaller; none where they
+/// disagree. At a turning point the narrower envelope counts, for it is the one that pushes.
+#[inline(always)]
+fn limited<T: Real>(step_before: T, step: T, fall: T, next: T) -> T {
+    if step_before * step < T::ZERO {
+        min(fall, T::ZERO)
+    } else if fall * next <= T::ZERO {
+        T::ZERO
+    } else if fall.abs() < next.abs() {
+        fall
+    } else {
+        next
     }
 }

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use hysteron::hysteresis::preview::PlantRate;
 
 use hysteron_host::error::Error;
 use hysteron_host::output::AtomicFile;
@@ -11,9 +12,13 @@ use hysteron_host::{model_file, stage};
 
 /// Compute the drive that makes a modelled stage follow a reference.
 ///
-/// The drive is the voltage at the actuator. The rate is that of the reference: backward difference,
-/// zero at the first sample. Plays start at zero, or at the nearest admissible state when the first
-/// sample is not zero.
+/// The drive is the voltage at the actuator. Plays start at zero, or at the nearest admissible state
+/// when the first sample is not zero.
+///
+/// The explicit inverse takes the rate of the reference: backward difference, zero at the first
+/// sample. The stage sees that of the drive instead; the preview inverse takes that one, for which it
+/// looks some milliseconds ahead in the reference. The drive is in line with the reference all the
+/// same.
 #[derive(Debug, Args)]
 pub struct Arguments {
     /// A model.toml, or a built-in model: p753, p753-printed, example-f.
@@ -28,6 +33,29 @@ pub struct Arguments {
     /// Which inverse.
     #[arg(long, value_enum, default_value_t)]
     inverse: Inverse,
+    /// Which rate of its drive the stage sees, for the preview inverse [default: midpoint].
+    #[arg(long, value_enum, value_name = "RATE")]
+    plant_rate: Option<Rate>,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Rate {
+    /// That of the step to come.
+    Forward,
+    /// Something between the two: errs on none of them much.
+    Midpoint,
+    /// That of the step that led there: the drive is joined by straight lines.
+    Backward,
+}
+
+impl From<Rate> for PlantRate {
+    fn from(rate: Rate) -> Self {
+        match rate {
+            Rate::Forward => Self::Forward,
+            Rate::Midpoint => Self::Midpoint,
+            Rate::Backward => Self::Backward,
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]
@@ -37,6 +65,8 @@ enum Inverse {
     Explicit,
     /// The analytic inverse with the rate term left out.
     RateIndependent,
+    /// The inverse with the rate of the drive itself, from a preview of the reference.
+    Preview,
 }
 
 /// Reads, compensates, writes.
@@ -46,8 +76,23 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         file = file.rate_independent();
     }
     let reference = read(&arguments.reference, Quantity::Reference)?;
-    let compensator = stage::compensator(&file, reference.sample_time_s)?;
-    let drive = stage::compensate(&compensator, &reference.values).map_err(|refused| {
+    let drive = match (arguments.inverse, arguments.plant_rate) {
+        (Inverse::Preview, rate) => {
+            let rate = rate.map_or(PlantRate::Midpoint, PlantRate::from);
+            let compensator = stage::preview_compensator(&file, reference.sample_time_s, rate)?;
+            stage::compensate_ahead(&compensator, &reference.values)
+        }
+        (_, Some(_)) => {
+            return Err(Error::request(
+                "--plant-rate is for the preview inverse; add --inverse preview or leave it out",
+            ));
+        }
+        (_, None) => {
+            let compensator = stage::compensator(&file, reference.sample_time_s)?;
+            stage::compensate(&compensator, &reference.values)
+        }
+    };
+    let drive = drive.map_err(|refused| {
         Error::request(format!("{}: {refused}", arguments.reference.display()))
     })?;
     let mut out = AtomicFile::create(&arguments.out)?;

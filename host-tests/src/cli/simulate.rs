@@ -1,8 +1,9 @@
 //! `hysteron simulate`.
 
+use std::num::NonZeroU16;
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 
 use hysteron_host::error::Error;
 use hysteron_host::output::AtomicFile;
@@ -11,8 +12,8 @@ use hysteron_host::{model_file, stage};
 
 /// Compute the displacement of a modelled stage.
 ///
-/// The rate is that of the drive itself: backward difference, zero at the first sample. Plays start
-/// at zero, or at the nearest admissible state when the first sample is not zero.
+/// The rate is that of the drive itself, zero at the ends of the record. Plays start at zero, or at
+/// the nearest admissible state when the first sample is not zero.
 #[derive(Debug, Args)]
 pub struct Arguments {
     /// A model.toml, or a built-in model: p753, p753-printed, example-f.
@@ -24,14 +25,36 @@ pub struct Arguments {
     /// CSV to write, with the columns time_s and displacement_um.
     #[arg(long, value_name = "OUT.csv")]
     out: PathBuf,
+    /// Which rate of the drive the stage sees.
+    #[arg(long, value_enum, default_value_t)]
+    rate: Rate,
+    /// Join the drive by straight lines and step this many times finer; still one row out for each
+    /// row in.
+    #[arg(long, value_name = "K", default_value = "1")]
+    oversample: NonZeroU16,
+}
+
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+enum Rate {
+    /// That of the step that led to the sample: backward difference.
+    #[default]
+    Backward,
+    /// That of the step to come: forward difference.
+    Forward,
 }
 
 /// Reads, simulates, writes.
 pub fn run(arguments: &Arguments) -> Result<(), Error> {
     let file = model_file::resolve(&arguments.model)?;
     let drive = read(&arguments.input, Quantity::Drive)?;
-    let model = stage::model(&file, drive.sample_time_s)?;
-    let displacement = stage::simulate(&model, &drive.values);
+    let factor = usize::from(arguments.oversample.get());
+    let model = stage::model(&file, drive.sample_time_s / factor as f64)?;
+    let fine = stage::refine(&drive.values, factor);
+    let displacement = match arguments.rate {
+        Rate::Backward => stage::simulate(&model, &fine),
+        Rate::Forward => stage::simulate_forward(&model, &fine),
+    };
+    let displacement: Vec<f64> = displacement.into_iter().step_by(factor).collect();
     let mut out = AtomicFile::create(&arguments.out)?;
     out.write_columns(&[
         ("time_s", &drive.time_s),

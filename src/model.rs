@@ -9,9 +9,10 @@
 //! the weights, it lets the compensator take the rate of the reference in volts a second, the unit
 //! that beta was identified in.
 
-use crate::compensator::Compensator;
+use crate::compensator::{Compensator, PreviewCompensator, Unshape};
 use crate::effect::asymmetry::Asymmetry;
 use crate::error::{Field, ParameterError};
+use crate::hysteresis::preview::{PreviewInverse, PreviewSettings};
 use crate::hysteresis::{RateDependentPi, State};
 use crate::math::Real;
 
@@ -96,14 +97,30 @@ impl<T: Real, const N: usize, const M: usize> Model<T, N, M> {
     /// A parameter of the inverse that leaves the range of `T`.
     pub fn compensator(&self) -> Result<Compensator<T, N, M>, ParameterError> {
         Ok(Compensator::new(
-            self.offset,
-            T::ONE / self.gain,
-            self.asymmetry
-                .as_ref()
-                .map(Asymmetry::inverse)
-                .transpose()?,
+            self.unshape()?,
             self.hysteresis.inverse()?,
         ))
+    }
+
+    /// The compensator that inverts this model with a preview of the reference.
+    ///
+    /// # Errors
+    /// As [`Model::compensator`] and [`PreviewInverse::new`].
+    pub fn preview_compensator<const WINDOW: usize>(
+        &self,
+        settings: PreviewSettings,
+    ) -> Result<PreviewCompensator<T, N, M, WINDOW>, ParameterError> {
+        let inverse = PreviewInverse::new(&self.hysteresis, settings)?;
+        Ok(PreviewCompensator::new(self.unshape()?, inverse))
+    }
+
+    fn unshape(&self) -> Result<Unshape<T, M>, ParameterError> {
+        let asymmetry = self.asymmetry.as_ref().map(Asymmetry::inverse);
+        Ok(Unshape {
+            offset: self.offset,
+            per_gain: T::ONE / self.gain,
+            asymmetry: asymmetry.transpose()?,
+        })
     }
 
     /// The same model without its rate term.

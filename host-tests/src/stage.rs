@@ -23,13 +23,16 @@ pub const CORNERS: usize = 16;
 
 /// A stage as the host computes it.
 pub type Model = hysteron::model::Model<f64, PLAYS, CORNERS>;
+/// Most reference samples a preview inverse of the host looks at.
+pub const WINDOW: usize = 512;
+/// Sweeps of a preview inverse of the host: one more than a target needs, for rates that jump.
+const SWEEPS: usize = 2;
+
 /// Its inverse.
 pub type Compensator = hysteron::compensator::Compensator<f64, PLAYS, CORNERS>;
 
 /// A stage with the effects around its hysteresis.
 pub type Chain = hysteron::chain::Chain<f64, PLAYS, CORNERS>;
-/// Most reference samples that a preview looks at.
-pub const WINDOW: usize = 128;
 /// Its inverse.
 pub type Cascade = hysteron::cascade::Cascade<f64, PLAYS, CORNERS, WINDOW>;
 
@@ -88,7 +91,7 @@ pub fn cascade(file: &ModelFile, sample_time_s: f64) -> Result<Cascade, Error> {
     let hysteresis = chain.model().hysteresis();
     let preview = (hysteresis.beta() > 0.0).then(|| PreviewSettings {
         window: window_for(hysteresis).min(WINDOW),
-        sweeps: 1,
+        sweeps: SWEEPS,
         plant_rate: PlantRate::Midpoint,
     });
     Cascade::new(&chain, preview).map_err(|refused| {
@@ -160,6 +163,67 @@ pub fn displacement(
     Ok(drive.iter().map(|&u| chain.step(&mut state, u)).collect())
 }
 
+/// Its inverse with a preview of the reference.
+pub type PreviewCompensator =
+    hysteron::compensator::PreviewCompensator<f64, PLAYS, CORNERS, WINDOW>;
+
+/// The preview inverse of [`model`], its window as long as the model needs.
+///
+/// # Errors
+/// As [`model`]; a model that needs more than [`WINDOW`] samples or has no preview inverse.
+pub fn preview_compensator(
+    file: &ModelFile,
+    sample_time_s: f64,
+    plant_rate: PlantRate,
+) -> Result<PreviewCompensator, Error> {
+    let model = model(file, sample_time_s)?;
+    let window = window_for(model.hysteresis());
+    if window > WINDOW {
+        return Err(Error::request(format!(
+            "model \"{}\": a preview inverse would have to look {window} samples ahead and can {WINDOW}; \
+             sample the reference more slowly or use the explicit inverse",
+            file.name
+        )));
+    }
+    let settings = PreviewSettings {
+        window,
+        sweeps: SWEEPS,
+        plant_rate,
+    };
+    model.preview_compensator(settings).map_err(|refused| {
+        Error::request(format!(
+            "model \"{}\" has no preview inverse: {refused}",
+            file.name
+        ))
+    })
+}
+
+/// As [`compensate`], with a preview: drives in line with the reference, which rests before its first
+/// and after its last sample.
+///
+/// # Errors
+/// A reference that is not finite.
+pub fn compensate_ahead(
+    compensator: &PreviewCompensator,
+    reference: &[f64],
+) -> Result<Vec<f64>, SampleError> {
+    let (Some(&first), Some(&last)) = (reference.first(), reference.last()) else {
+        return Ok(Vec::new());
+    };
+    // Too large for the stack of a thread.
+    let mut state = Box::new(compensator.start(first)?);
+    let latency = compensator.latency();
+    let ahead = std::iter::repeat_n(last, latency);
+    let mut drive = reference
+        .iter()
+        .copied()
+        .chain(ahead)
+        .map(|v| compensator.step(&mut state, v))
+        .collect::<Result<Vec<f64>, _>>()?;
+    drive.drain(..latency);
+    Ok(drive)
+}
+
 /// The drive in volts for a reference in micrometres, from plays at zero.
 ///
 /// # Errors
@@ -182,6 +246,36 @@ pub fn simulate(model: &Model, drive: &[f64]) -> Vec<f64> {
     };
     let mut state = model.start(first);
     drive.iter().map(|&u| model.step(&mut state, u)).collect()
+}
+
+/// As [`simulate`], with the rate of the step to come; the drive rests after its last sample.
+pub fn simulate_forward(model: &Model, drive: &[f64]) -> Vec<f64> {
+    let (Some(&first), Some(&last)) = (drive.first(), drive.last()) else {
+        return Vec::new();
+    };
+    let mut state = model.start(first);
+    let next = drive.iter().skip(1).chain([&last]);
+    drive
+        .iter()
+        .zip(next)
+        .map(|(&u, next)| {
+            let rate = (next - u) / model.hysteresis().sample_time();
+            model.step_with_rate(&mut state, u, rate)
+        })
+        .collect()
+}
+
+/// The drive joined by straight lines and sampled `factor` times finer; the first and the last sample
+/// stay. A factor of zero is taken as one.
+pub fn refine(drive: &[f64], factor: usize) -> Vec<f64> {
+    let factor = factor.max(1);
+    let lines = drive.windows(2).flat_map(|pair| {
+        (1..=factor).map(|i| {
+            let share = i as f64 / factor as f64;
+            pair[0] + (pair[1] - pair[0]) * share
+        })
+    });
+    drive.first().copied().into_iter().chain(lines).collect()
 }
 
 fn build(file: &ModelFile, sample_time_s: f64) -> Result<Model, ParameterError> {

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use hysteron::hysteresis::preview::PlantRate;
 
 use hysteron_host::error::Error;
 use hysteron_host::model_file::{self, ModelFile, Stage};
@@ -12,10 +13,15 @@ use hysteron_host::stage;
 
 /// Compute the drive that makes a modelled stage follow a reference.
 ///
-/// The drive is the voltage at the actuator. The rate is that of the reference: backward difference,
-/// zero at the first sample. Plays start at zero, or at the nearest admissible state when the first
-/// sample is not zero. A modified play model is inverted by the law that it names, with the rate of the
-/// drive itself, and within its range.
+/// The drive is the voltage at the actuator. Plays start at zero, or at the nearest admissible state
+/// when the first sample is not zero.
+///
+/// The explicit inverse takes the rate of the reference: backward difference, zero at the first
+/// sample. The stage sees that of the drive instead; the preview inverse takes that one, for which it
+/// looks some milliseconds ahead in the reference. The drive is in line with the reference all the
+/// same.
+/// A modified play model is inverted by the law that it names, with the rate of the drive itself, and
+/// within its range.
 #[derive(Debug, Args)]
 pub struct Arguments {
     /// A model.toml, or a built-in model: p753, p753-printed, example-f.
@@ -30,6 +36,29 @@ pub struct Arguments {
     /// Which inverse.
     #[arg(long, value_enum, default_value_t)]
     inverse: Inverse,
+    /// Which rate of its drive the stage sees, for the preview inverse [default: midpoint].
+    #[arg(long, value_enum, value_name = "RATE")]
+    plant_rate: Option<Rate>,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Rate {
+    /// That of the step to come.
+    Forward,
+    /// Something between the two: errs on none of them much.
+    Midpoint,
+    /// That of the step that led there: the drive is joined by straight lines.
+    Backward,
+}
+
+impl From<Rate> for PlantRate {
+    fn from(rate: Rate) -> Self {
+        match rate {
+            Rate::Forward => Self::Forward,
+            Rate::Midpoint => Self::Midpoint,
+            Rate::Backward => Self::Backward,
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]
@@ -44,6 +73,8 @@ enum Inverse {
     Cascade,
     /// Direct inverse multiplication, for a modified play model.
     Dim,
+    /// The inverse with the rate of the drive itself, from a preview of the reference.
+    Preview,
 }
 
 /// Reads, compensates, writes.
@@ -53,30 +84,46 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         file = file.rate_independent();
     }
     let reference = read(&arguments.reference, Quantity::Reference)?;
-    let drive = drive(&file, arguments.inverse, &reference)?;
+    let drive = drive(&file, arguments, &reference)?;
     let mut out = AtomicFile::create(&arguments.out)?;
     out.write_columns(&[("time_s", &reference.time_s), ("drive_v", &drive)])?;
     out.commit()
 }
 
-fn drive(file: &ModelFile, inverse: Inverse, reference: &Signal) -> Result<Vec<f64>, Error> {
-    let sample_time_s = reference.sample_time_s;
-    match inverse {
-        Inverse::Cascade => stage::drive_ahead(file, sample_time_s, &reference.values),
+fn drive(file: &ModelFile, arguments: &Arguments, reference: &Signal) -> Result<Vec<f64>, Error> {
+    let (h, values) = (reference.sample_time_s, &reference.values);
+    if arguments.plant_rate.is_some() && !matches!(arguments.inverse, Inverse::Preview) {
+        return Err(Error::request(
+            "--plant-rate is for the preview inverse; add --inverse preview or leave it out",
+        ));
+    }
+    if !matches!(arguments.inverse, Inverse::Cascade) {
+        let left: Vec<&str> = file.effects().map(Stage::name).collect();
+        if !left.is_empty() {
+            eprintln!(
+                "note: {} of model \"{}\" stays as it is; --inverse cascade undoes it",
+                left.join(", "),
+                file.name
+            );
+        }
+    }
+    match arguments.inverse {
+        Inverse::Cascade => stage::drive_ahead(file, h, values),
+        Inverse::Preview => {
+            let rate = arguments
+                .plant_rate
+                .map_or(PlantRate::Midpoint, PlantRate::from);
+            let compensator = stage::preview_compensator(file, h, rate)?;
+            stage::compensate_ahead(&compensator, values).map_err(|refused| {
+                Error::request(format!("{}: {refused}", arguments.reference.display()))
+            })
+        }
         Inverse::Dim if file.modified_play().is_none() => Err(Error::request(format!(
             "model \"{}\" has no stage modified-play, which dim needs; use another --inverse",
             file.name
         ))),
         Inverse::Explicit | Inverse::RateIndependent | Inverse::Dim => {
-            let ignored: Vec<&str> = file.effects().map(Stage::name).collect();
-            if !ignored.is_empty() {
-                eprintln!(
-                    "note: {} of model \"{}\" stays as it is; --inverse cascade undoes it",
-                    ignored.join(", "),
-                    file.name
-                );
-            }
-            stage::drive(file, sample_time_s, &reference.values)
+            stage::drive(file, h, values)
         }
     }
 }

@@ -10,20 +10,22 @@
 //! exponent one, four parameters with d, in the place of the plays; everything else is given to it as
 //! to the proposed model, g apart, which came later. So the comparison is one of hysteresis operators.
 
+use std::cell::RefCell;
+
 use nalgebra::{DMatrix, DVector};
 
 use crate::error::Error;
 
-use super::free_run::{ALL, Feedback, SPARSE, Stretch};
+use super::free_run::{Feedback, Samples, Stretch};
 use super::model::{COEFFICIENTS, DIVISIONS, Recipe};
 use super::record::Record;
-use super::separable::{Separable, search};
+use super::separable::{Separable, at, search};
 
 /// Starts for beta, in 1 over full drive, and for gamma over beta.
 const BETAS: [f64; 4] = [0.3, 1.0, 3.0, 10.0];
 const GAMMAS: [f64; 3] = [-0.8, 0.0, 0.8];
 /// Every so many samples count in the one-step error: prime, so that all sampling phases do.
-const EVERY: usize = 3;
+const EVERY: usize = 11;
 
 /// An identified rival.
 #[derive(Clone, Debug, PartialEq)]
@@ -114,7 +116,9 @@ impl Separable for OneStep<'_> {
 struct FreeRun<'a> {
     record: &'a Record,
     stretch: Stretch<'a>,
-    terms: &'a [[f64; FIXED + 1]],
+    /// Shape for which the first entry of the terms holds h, and the terms over the stretch: most
+    /// derivatives leave the shape alone.
+    terms: RefCell<([f64; 2], Vec<[f64; FIXED + 1]>)>,
 }
 
 impl Separable for FreeRun<'_> {
@@ -124,13 +128,16 @@ impl Separable for FreeRun<'_> {
         if !admissible(shape) {
             return None;
         }
-        let first = self.stretch.first();
-        let mut terms = self.terms[first..].to_vec();
-        let h = states(&self.record.drive, shape);
-        for (row, h) in terms.iter_mut().zip(&h[first..]) {
-            row[0] = *h;
+        let mut held = self.terms.borrow_mut();
+        let (held_shape, terms) = &mut *held;
+        if *held_shape != shape {
+            *held_shape = shape;
+            let h = states(&self.record.drive, shape);
+            for (row, h) in terms.iter_mut().zip(&h[self.stretch.first()..]) {
+                row[0] = *h;
+            }
         }
-        self.stretch.columns(Feedback::of(feedback)?, &terms)
+        self.stretch.columns(Feedback::of(feedback)?, terms)
     }
 
     fn scales(&self) -> &[f64] {
@@ -160,15 +167,24 @@ impl BoucWen {
     /// A record from which no start leads to a model.
     pub fn identify_free_run(record: &Record, feedbacks: &[[f64; 3]]) -> Result<Self, Error> {
         let terms = terms(record)?;
-        let problem = |every| FreeRun {
-            record,
-            stretch: Stretch::new(record, every),
-            terms: &terms,
+        let problem = |samples| {
+            let stretch = Stretch::new(record, samples);
+            // No shape equals NaN.
+            let terms = RefCell::new(([f64::NAN; 2], terms[stretch.first()..].to_vec()));
+            FreeRun {
+                record,
+                stretch,
+                terms,
+            }
         };
-        let starts = feedbacks
-            .iter()
-            .flat_map(|feedback| starts().map(move |shape| [&feedback[..], &shape].concat()));
-        let fit = search(&problem(SPARSE), &problem(ALL), starts).ok_or_else(no_model)?;
+        // Of each feedback the best shape: the starts stay apart from each other.
+        let sparse = problem(Samples::Sparse);
+        let starts = feedbacks.iter().filter_map(|feedback| {
+            let shapes = starts().map(|shape| at(&sparse, &[&feedback[..], &shape].concat()));
+            let best = shapes.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
+            Some(best.parameters)
+        });
+        let fit = search(&sparse, &problem(Samples::All), starts).ok_or_else(no_model)?;
         let (feedback, shape) = fit
             .parameters
             .split_first_chunk::<3>()

@@ -6,7 +6,7 @@ use crate::error::Error;
 use crate::experiment::refused;
 
 use super::bouc_wen::BoucWen;
-use super::free_run::{ALL, FreeRun, SPARSE};
+use super::free_run::{FreeRun, Samples};
 use super::model::{COEFFICIENTS, G, Model, Recipe, free_run, one_step};
 use super::record::{Record, SAMPLE_TIME_S, Score};
 use super::separable::{Fit, LAST_STEPS, minimise, search};
@@ -114,11 +114,11 @@ pub fn identify(record: &Record) -> Result<Identified, Error> {
         [0.0; 3],
     ];
     let rival = BoucWen::identify_one_step(record)?;
-    let rival_free = BoucWen::identify_free_run(record, &starts)?;
-    // A feedback that suits the one operator is worth trying with the other.
-    let starts = [&starts[..], &[rival_free.feedback()]].concat();
-    let (full_free, short_free) = fit_free_run(record, &starts)?;
-
+    let FreeRuns {
+        full: full_free,
+        short: short_free,
+        rival: rival_free,
+    } = FreeRuns::identify(record, &starts)?;
     let free = |model: &Model| record.score(&free_run(model, &record.drive));
     let step = |model: &Model| record.score(&one_step(model, record));
     let comparison = Comparison {
@@ -145,30 +145,49 @@ pub fn identify(record: &Record) -> Result<Identified, Error> {
     })
 }
 
-/// The proposed model with and without g, identified for the free run from starts for c_1 to c_3.
-fn fit_free_run(record: &Record, starts: &[[f64; 3]]) -> Result<(Model, Model), Error> {
-    let terms = linear_terms(record)?;
-    let problem = |with_g, every| FreeRun::new(record, &terms, with_g, every);
-    let hz = record.frequency_hz;
-    let short = search(
-        &problem(false, SPARSE),
-        &problem(false, ALL),
-        starts.iter().map(|start| start.to_vec()),
-    )
-    .ok_or_else(|| refused(format!("no stable model at {hz} Hz")))?;
-    let nested = [&short.parameters[..], &[0.0]].concat();
-    let short = Recipe::PROPOSED.model(hz, &whole(&short))?;
-    // The models are nested: g is added to the optimum without it, and left out where the free run
-    // from rest, which the fit did not see, is none the better for it.
-    let full = minimise(&problem(true, ALL), &nested, LAST_STEPS);
-    let full = Recipe::PROPOSED.model(hz, &whole(&full))?;
-    let rmse = |model: &Model| record.score(&free_run(model, &record.drive)).rmse_mm;
-    let full = if rmse(&full) < rmse(&short) {
-        full
-    } else {
-        short
-    };
-    Ok((full, short))
+/// The three models identified for the free run.
+struct FreeRuns {
+    full: Model,
+    short: Model,
+    rival: BoucWen,
+}
+
+impl FreeRuns {
+    /// From starts for c_1 to c_3. What suits one operator is tried with the other as well.
+    fn identify(record: &Record, starts: &[[f64; 3]]) -> Result<Self, Error> {
+        let terms = linear_terms(record)?;
+        let problem = |with_g, samples| FreeRun::new(record, &terms, with_g, samples);
+        let hz = record.frequency_hz;
+        let search_from = |starts: &[[f64; 3]]| {
+            let starts = starts.iter().map(|start| start.to_vec());
+            search(
+                &problem(false, Samples::Sparse),
+                &problem(false, Samples::All),
+                starts,
+            )
+            .ok_or_else(|| refused(format!("no stable model at {hz} Hz")))
+        };
+        let own = search_from(starts)?;
+        let mut rival_starts = starts.to_vec();
+        rival_starts.extend(own.parameters.first_chunk::<3>());
+        let rival = BoucWen::identify_free_run(record, &rival_starts)?;
+        let other = search_from(&[rival.feedback()]).unwrap_or_else(|_| own.clone());
+        let fit = if other.cost < own.cost { other } else { own };
+        let short = Recipe::PROPOSED.model(hz, &whole(&fit))?;
+
+        // The models are nested: g is added to the optimum without it, and left out where the free
+        // run from rest, which the fit did not see, is none the better for it.
+        let nested = [&fit.parameters[..], &[0.0]].concat();
+        let full = minimise(&problem(true, Samples::All), &nested, LAST_STEPS);
+        let full = Recipe::PROPOSED.model(hz, &whole(&full))?;
+        let rmse = |model: &Model| record.score(&free_run(model, &record.drive)).rmse_mm;
+        let full = if rmse(&full) < rmse(&short) {
+            full
+        } else {
+            short
+        };
+        Ok(Self { full, short, rival })
+    }
 }
 
 fn feedback(coefficients: &[f64; COEFFICIENTS]) -> [f64; 3] {

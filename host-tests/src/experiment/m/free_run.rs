@@ -11,12 +11,18 @@ use super::separable::Separable;
 
 /// Samples before those that are fitted, in which what the start leaves dies out.
 const WARM_UP: usize = SECOND / 5;
-/// Samples that are fitted: those that are scored.
-const FITTED: usize = SECOND;
-/// Every so many of them count in a search from afar.
-pub const SPARSE: usize = 4;
-/// All of them count where a search ends.
-pub const ALL: usize = 1;
+/// Rows of a sparse problem, about.
+const SPARSE_ROWS: usize = 625;
+
+/// Which samples count.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Samples {
+    /// For a search from afar: some of the last period, or of the last quarter of a second.
+    Sparse,
+    /// Where a search ends: all that are scored.
+    All,
+}
+
 /// Magnitude of a pole that counts as stable: 1 % is left after a second.
 const STABLE: f64 = 0.9991;
 
@@ -64,21 +70,36 @@ pub struct Stretch<'a> {
     /// The three outputs before, latest first.
     before: [f64; 3],
     first: usize,
+    fitted: usize,
     every: usize,
 }
 
 impl<'a> Stretch<'a> {
-    /// The end of a record, of which `every` so many samples count.
-    pub fn new(record: &'a Record, every: usize) -> Self {
-        let first = record.drive.len() - WARM_UP - FITTED;
+    /// The end of a record.
+    pub fn new(record: &'a Record, samples: Samples) -> Self {
+        let (fitted, every) = match samples {
+            Samples::All => (SECOND, 1),
+            Samples::Sparse => {
+                let period = (SECOND as f64 / record.frequency_hz).ceil() as usize;
+                let fitted = period.clamp(SECOND / 4, SECOND);
+                (fitted, fitted / SPARSE_ROWS)
+            }
+        };
+        let first = record.drive.len() - WARM_UP - fitted;
         let y = &record.displacement_mm;
         Self {
             previous: &record.drive[first - 1..],
             measured: &y[first..],
             before: [y[first - 1], y[first - 2], y[first - 3]],
             first,
+            fitted,
             every,
         }
+    }
+
+    /// Number of samples that count.
+    fn rows(&self) -> usize {
+        self.fitted.div_ceil(self.every)
     }
 
     /// Number of its first sample in the record.
@@ -96,8 +117,7 @@ impl<'a> Stretch<'a> {
         if !feedback.is_stable() {
             return None;
         }
-        let rows = FITTED / self.every;
-        let mut columns = DMatrix::zeros(rows, W);
+        let mut columns = DMatrix::zeros(self.rows(), W);
         // Terms side by side: one after the other each would wait for its own last output.
         let [mut y1, mut y2, mut y3] = [[0.0; W]; 3];
         for (k, (x, u)) in terms.iter().zip(self.previous).enumerate() {
@@ -120,7 +140,7 @@ impl<'a> Stretch<'a> {
     /// What the terms have to make up: the measured outputs less what the outputs before the stretch
     /// leave by themselves.
     fn target(&self, Feedback { c, g }: Feedback) -> DVector<f64> {
-        let mut target = DVector::zeros(FITTED / self.every);
+        let mut target = DVector::zeros(self.rows());
         let [mut y1, mut y2, mut y3] = self.before;
         for (k, (measured, u)) in self.measured.iter().zip(self.previous).enumerate() {
             let y = (c[0] + g * u) * y1 + c[1] * y2 + c[2] * y3;
@@ -152,9 +172,9 @@ pub struct FreeRun<'a, const W: usize> {
 
 impl<'a, const W: usize> FreeRun<'a, W> {
     /// The problem for a record and the terms of the linear coefficients along all of it; `with_g`
-    /// makes g a fourth nonlinear parameter; `every` so many samples count.
-    pub fn new(record: &'a Record, terms: &'a [[f64; W]], with_g: bool, every: usize) -> Self {
-        let stretch = Stretch::new(record, every);
+    /// makes g a fourth nonlinear parameter.
+    pub fn new(record: &'a Record, terms: &'a [[f64; W]], with_g: bool, samples: Samples) -> Self {
+        let stretch = Stretch::new(record, samples);
         Self {
             terms: &terms[stretch.first()..],
             stretch,

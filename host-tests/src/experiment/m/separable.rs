@@ -13,11 +13,14 @@ const RIDGE: f64 = 1e-13;
 /// From how many of the best starts a search is run.
 const SEARCHES: usize = 3;
 /// Steps of a search from afar.
-const STEPS_FROM_AFAR: usize = 40;
+const STEPS_FROM_AFAR: usize = 60;
 /// Steps of a search near its end.
 pub const LAST_STEPS: usize = 12;
 /// Step of the numeric derivatives, relative to the scale of a parameter.
 const STEP: f64 = 1e-6;
+
+/// Residual that stands for inadmissible parameters: larger than any displacement, mm.
+const INADMISSIBLE: f64 = 1e3;
 
 /// A model `target = columns(parameters) linear`.
 pub trait Separable {
@@ -74,7 +77,7 @@ fn eliminate(model: &impl Separable, parameters: &[f64]) -> Option<(Vec<f64>, DV
 }
 
 /// Linear parameters and cost at given nonlinear ones.
-fn at(model: &impl Separable, parameters: &[f64]) -> Fit {
+pub fn at(model: &impl Separable, parameters: &[f64]) -> Fit {
     let (linear, cost) = match eliminate(model, parameters) {
         Some((linear, residual)) => (linear, residual.norm_squared()),
         None => (Vec::new(), f64::INFINITY),
@@ -111,8 +114,12 @@ pub fn minimise(model: &impl Separable, start: &[f64], steps: usize) -> Fit {
         return before;
     }
     let scales = model.scales();
+    let Some((_, residual)) = eliminate(model, start) else {
+        return before;
+    };
     let problem = Problem {
         model,
+        rows: residual.len(),
         scaled: DVector::from_iterator(
             start.len(),
             start.iter().zip(scales).map(|(value, scale)| value / scale),
@@ -120,7 +127,7 @@ pub fn minimise(model: &impl Separable, start: &[f64], steps: usize) -> Fit {
     };
     let (problem, _) = LevenbergMarquardt::new()
         .with_patience((steps / (start.len() + 1)).max(1))
-        .with_ftol(1e-6)
+        .with_ftol(1e-7)
         .with_xtol(1e-8)
         .minimize(problem);
     let found = at(model, &problem.parameters());
@@ -133,6 +140,7 @@ pub fn minimise(model: &impl Separable, start: &[f64], steps: usize) -> Fit {
 
 struct Problem<'a, S> {
     model: &'a S,
+    rows: usize,
     scaled: DVector<f64>,
 }
 
@@ -157,8 +165,12 @@ impl<S: Separable> LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_, S> {
     }
 
     fn residuals(&self) -> Option<DVector<f64>> {
-        let (_, residual) = eliminate(self.model, &self.parameters())?;
-        Some(residual)
+        // A step into what is inadmissible is a bad step, not the end of the search.
+        let found = eliminate(self.model, &self.parameters());
+        Some(found.map_or_else(
+            || DVector::from_element(self.rows, INADMISSIBLE),
+            |(_, residual)| residual,
+        ))
     }
 
     fn jacobian(&self) -> Option<DMatrix<f64>> {

@@ -61,8 +61,8 @@ pub fn fill(section: &mut Section, results: &Results) {
     section.plot(
         empty("Figure 16: error on the identified model itself")
             .caption(
-                "The model driven by its own inverse. The exact law leaves rounding, or what the \
-                 limited drive leaves.",
+                "The model driven by its own inverse. The exact law leaves rounding; so does the \
+                 printed one where the drive is so small that no play moves.",
             )
             .series(series(
                 results,

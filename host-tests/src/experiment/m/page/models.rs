@@ -93,7 +93,7 @@ pub fn fill(section: &mut Section, results: &Results) {
         .caption(format!(
             "Initial covariance {}. From three measured outputs any of the models predicts the next \
              one to within the sensor's noise; the proposed one is the best at {}, the one without g \
-             at {}, Bouc-Wen at {}, by less than a percent.",
+             at {}, Bouc-Wen at {}, by a few percent at most.",
             format_number(Recipe::WEAK_COVARIANCE),
             step.proposed,
             step.truncated,

@@ -139,6 +139,8 @@ pub fn simulate_forward(model: &Model, drive: &[f64]) -> Vec<f64> {
         return Vec::new();
     };
     let mut state = model.start(first);
+    // To the admissible state next to zero, whatever the first step is.
+    model.step_with_rate(&mut state, first, 0.0);
     let next = drive.iter().skip(1).chain([&last]);
     drive
         .iter()

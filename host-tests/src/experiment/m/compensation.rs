@@ -8,7 +8,7 @@ use crate::error::Error;
 use crate::experiment::refused;
 use crate::metrics::rms_error;
 
-use super::model::Model;
+use super::model::{DIVISIONS, Model, Plane};
 use super::record::{Record, settled, sine};
 
 /// Amplitude of the reference (M 42), mm.
@@ -60,14 +60,7 @@ impl Run {
         Self::with(&dim.map_err(refused)?, frequency_hz)
     }
 
-    fn with(
-        dim: &Dim<
-            f64,
-            { super::model::DIVISIONS },
-            hysteron::hysteresis::modified_play::LinearPlane<f64, { super::model::DIVISIONS }>,
-        >,
-        frequency_hz: f64,
-    ) -> Result<Self, Error> {
+    fn with(dim: &Dim<f64, DIVISIONS, Plane>, frequency_hz: f64) -> Result<Self, Error> {
         let reference_mm = sine(REFERENCE_MM, frequency_hz);
         let mut state = dim.start();
         let mut model_mm = Vec::with_capacity(reference_mm.len());

@@ -18,8 +18,10 @@ pub const COEFFICIENTS: usize = DIVISIONS + 1 + 10;
 /// Place of g.
 pub const G: usize = DIVISIONS + 1;
 
+/// The printed plane, collapsed.
+pub type Plane = LinearPlane<f64, DIVISIONS>;
 /// The model in double precision.
-pub type Model = ModifiedPlay<f64, DIVISIONS, LinearPlane<f64, DIVISIONS>>;
+pub type Model = ModifiedPlay<f64, DIVISIONS, Plane>;
 
 /// Which model, and how it is identified recursively.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -126,7 +128,7 @@ impl Recipe {
         let basis = self.basis(frequency_hz)?;
         let (plane, others) = coefficients.split_at(DIVISIONS + 1);
         let (slopes, offset) = plane.split_at(DIVISIONS);
-        let plane = LinearPlane::new(basis.grid(), slopes, offset[0]).map_err(refused)?;
+        let plane = Plane::new(basis.grid(), slopes, offset[0]).map_err(refused)?;
         let others = others.try_into().map_err(refused)?;
         ModifiedPlay::new(&basis, plane, Terms::from_list(others)).map_err(refused)
     }

@@ -193,7 +193,7 @@ fn drive(traces: &Traces) -> Plot {
         Axis::linear("Time", "s"),
         Axis::linear("Drive over 5 V", ""),
     )
-    .caption("Published: clearly not a sine. Here a sine to the eye; 4 % of 75 Hz are in it.")
+    .caption("Published: clearly not a sine. Here the same; 4 % of full drive are at 75 Hz.")
     .square()
     .series(Series::new(
         "drive of the printed law",

@@ -38,14 +38,13 @@ pub const PIECES: u64 = 4;
 /// # Errors
 /// A model or drive that is refused.
 pub fn run(done: &(dyn Fn() + Sync)) -> Result<Studies, Error> {
-    let finished = |_: &_| done();
     let (planes, covariances) = rayon::join(
         || planes::run().inspect(|_| done()),
         || tuning::covariances().inspect(|_| done()),
     );
     let (envelopes, printed_and_corrected) = rayon::join(
         || tuning::envelopes().inspect(|_| done()),
-        || harmonics::compare().inspect(finished),
+        || harmonics::compare().inspect(|_| done()),
     );
     Ok(Studies {
         response_25_hz: harmonics::response()?,

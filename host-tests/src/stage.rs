@@ -33,8 +33,11 @@ pub type Compensator = hysteron::compensator::Compensator<f64, PLAYS, CORNERS>;
 
 /// A stage with the effects around its hysteresis.
 pub type Chain = hysteron::chain::Chain<f64, PLAYS, CORNERS>;
+/// Most reference samples that the preview inverse of a cascade looks at: the state of a cascade is
+/// built on the stack of a thread.
+pub const CASCADE_WINDOW: usize = 128;
 /// Its inverse.
-pub type Cascade = hysteron::cascade::Cascade<f64, PLAYS, CORNERS, WINDOW>;
+pub type Cascade = hysteron::cascade::Cascade<f64, PLAYS, CORNERS, CASCADE_WINDOW>;
 
 /// The model for samples that are `sample_time_s` seconds apart.
 ///
@@ -89,8 +92,16 @@ pub fn chain(file: &ModelFile, sample_time_s: f64) -> Result<Chain, Error> {
 pub fn cascade(file: &ModelFile, sample_time_s: f64) -> Result<Cascade, Error> {
     let chain = chain(file, sample_time_s)?;
     let hysteresis = chain.model().hysteresis();
-    let preview = (hysteresis.beta() > 0.0).then(|| PreviewSettings {
-        window: window_for(hysteresis).min(WINDOW),
+    let window = window_for(hysteresis);
+    if hysteresis.beta() > 0.0 && window > CASCADE_WINDOW {
+        return Err(Error::request(format!(
+            "model \"{}\": the cascade would have to look {window} samples ahead and can {CASCADE_WINDOW}; \
+             sample the reference more slowly or use another inverse",
+            file.name
+        )));
+    }
+    let preview = (hysteresis.beta() > 0.0).then_some(PreviewSettings {
+        window,
         sweeps: SWEEPS,
         plant_rate: PlantRate::Midpoint,
     });

@@ -31,6 +31,10 @@ const SWEEPS: usize = 2;
 /// Its inverse.
 pub type Compensator = hysteron::compensator::Compensator<f64, PLAYS, CORNERS>;
 
+/// The same with a preview of the reference.
+pub type PreviewCompensator =
+    hysteron::compensator::PreviewCompensator<f64, PLAYS, CORNERS, WINDOW>;
+
 /// A stage with the effects around its hysteresis.
 pub type Chain = hysteron::chain::Chain<f64, PLAYS, CORNERS>;
 /// Most reference samples that the preview inverse of a cascade looks at: the state of a cascade is
@@ -76,7 +80,7 @@ pub fn compensator(file: &ModelFile, sample_time_s: f64) -> Result<Compensator, 
 /// As [`model`].
 pub fn chain(file: &ModelFile, sample_time_s: f64) -> Result<Chain, Error> {
     let model = model(file, sample_time_s)?;
-    let effects = effects(file, sample_time_s).map_err(|(stage, refused)| {
+    let effects = effects(&file.stages, sample_time_s).map_err(|(stage, refused)| {
         Error::request(format!(
             "model \"{}\": {stage}.{refused}; correct it in the model file",
             file.name
@@ -121,20 +125,15 @@ pub fn drive_ahead(
     reference: &[f64],
 ) -> Result<Vec<f64>, Error> {
     let cascade = cascade(file, sample_time_s)?;
-    let (Some(&first), Some(&last)) = (reference.first(), reference.last()) else {
+    let refused = |refused: SampleError| Error::request(format!("the reference: {refused}"));
+    let Some(&first) = reference.first() else {
         return Ok(Vec::new());
     };
-    let refused = |refused: SampleError| Error::request(format!("the reference: {refused}"));
     let mut state = Box::new(cascade.start(first).map_err(refused)?);
-    let latency = cascade.latency();
-    let ahead = std::iter::repeat_n(last, latency);
-    let drive = reference
-        .iter()
-        .copied()
-        .chain(ahead)
-        .map(|v| cascade.step(&mut state, v))
-        .skip(latency);
-    drive.collect::<Result<_, _>>().map_err(refused)
+    in_line(reference, cascade.latency(), |v| {
+        cascade.step(&mut state, v)
+    })
+    .map_err(refused)
 }
 
 /// The drive in volts for a reference in micrometres through a model file of any kind, from rest.
@@ -173,10 +172,6 @@ pub fn displacement(
     let mut state = chain.start(first);
     Ok(drive.iter().map(|&u| chain.step(&mut state, u)).collect())
 }
-
-/// Its inverse with a preview of the reference.
-pub type PreviewCompensator =
-    hysteron::compensator::PreviewCompensator<f64, PLAYS, CORNERS, WINDOW>;
 
 /// The preview inverse of [`model`], its window as long as the model needs.
 ///
@@ -218,20 +213,28 @@ pub fn compensate_ahead(
     compensator: &PreviewCompensator,
     reference: &[f64],
 ) -> Result<Vec<f64>, SampleError> {
-    let (Some(&first), Some(&last)) = (reference.first(), reference.last()) else {
+    let Some(&first) = reference.first() else {
         return Ok(Vec::new());
     };
     // Too large for the stack of a thread.
     let mut state = Box::new(compensator.start(first)?);
-    let latency = compensator.latency();
-    let ahead = std::iter::repeat_n(last, latency);
-    let mut drive = reference
-        .iter()
-        .copied()
-        .chain(ahead)
-        .map(|v| compensator.step(&mut state, v))
-        .collect::<Result<Vec<f64>, _>>()?;
-    drive.drain(..latency);
+    in_line(reference, compensator.latency(), |v| {
+        compensator.step(&mut state, v)
+    })
+}
+
+/// Drives in line with a reference that rests at its last sample for as long as `step` looks ahead.
+fn in_line(
+    reference: &[f64],
+    latency: usize,
+    step: impl FnMut(f64) -> Result<f64, SampleError>,
+) -> Result<Vec<f64>, SampleError> {
+    let rest = reference
+        .last()
+        .map(|&last| std::iter::repeat_n(last, latency));
+    let ahead = reference.iter().copied().chain(rest.into_iter().flatten());
+    let mut drive = ahead.map(step).collect::<Result<Vec<f64>, _>>()?;
+    drive.drain(..latency.min(drive.len()));
     Ok(drive)
 }
 
@@ -312,10 +315,17 @@ fn build(file: &ModelFile, sample_time_s: f64) -> Result<Model, ParameterError> 
     Model::new(operator, map.transpose()?, gain, offset)
 }
 
-fn effects(file: &ModelFile, h: f64) -> Result<Effects<f64>, (&'static str, ParameterError)> {
+/// The blocks of the core for the effects among `stages`.
+///
+/// # Errors
+/// Numbers that the core refuses, with the name of their stage.
+pub(crate) fn effects(
+    stages: &[Stage],
+    h: f64,
+) -> Result<Effects<f64>, (&'static str, ParameterError)> {
     let mut effects = Effects::default();
     let mut modes = effects.resonances.iter_mut();
-    for stage in file.effects() {
+    for stage in stages {
         let refused = |refused| (stage.name(), refused);
         match stage {
             Stage::AmplifierLag(lag) => {

@@ -1,15 +1,10 @@
 //! Effects around the hysteresis as a fit sees them: a list of terms and a list of numbers.
 
 use hysteron::chain::Effects;
-use hysteron::effect::creep::Creep;
-use hysteron::effect::cubic::Cubic;
-use hysteron::effect::delay::Delay;
-use hysteron::effect::lag::Lag;
-use hysteron::effect::quadratic::Quadratic;
-use hysteron::effect::resonance::Resonance;
 use hysteron::error::ParameterError;
 
 use crate::model_file::{self, Stage};
+use crate::stage;
 
 /// An effect that can be fitted together with the hysteresis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -96,32 +91,7 @@ impl Terms {
     /// # Errors
     /// Numbers that the core refuses.
     pub fn build(&self, scale: &Scale, h: f64) -> Result<Effects<f64>, ParameterError> {
-        let mut built = Effects::default();
-        let mut modes = built.resonances.iter_mut();
-        for stage in self.stages(scale, 1.0) {
-            match stage {
-                Stage::AmplifierLag(lag) => built.amplifier_lag = Some(Lag::new(lag.tau_s, h)?),
-                Stage::TransportDelay(delay) => {
-                    built.transport_delay = Some(Delay::new(delay.delay_s, h)?);
-                }
-                Stage::Quadratic(map) => built.quadratic = Some(Quadratic::new(map.q)?),
-                Stage::OutputQuadratic(map) => {
-                    built.output_quadratic = Some(Quadratic::new(map.q)?);
-                }
-                Stage::Cubic(map) => built.cubic = Some(Cubic::new(map.c)?),
-                Stage::Resonance(mode) => {
-                    if let Some(slot) = modes.next() {
-                        *slot = Some(Resonance::new(mode.f_n_hz, mode.zeta, h)?);
-                    }
-                }
-                Stage::Creep(creep) => {
-                    let (low, high) = (creep.tau_min_s, creep.tau_max_s);
-                    built.creep = Some(Creep::new(creep.gain_per_decade, low, high, h)?);
-                }
-                _ => {}
-            }
-        }
-        Ok(built)
+        stage::effects(&self.stages(scale, 1.0), h).map_err(|(_, refused)| refused)
     }
 
     /// The stages of a model file whose hysteresis has the given gain in um/V.

@@ -80,7 +80,7 @@ mod bench {
         [(3, Some(75), 1.0), (10, Some(220), 0.5), (100, None, 0.1)];
 
     /// Most of a tick of the preview inverse.
-    const AHEAD_LIMIT: u32 = 8_000;
+    const AHEAD_LIMIT: u32 = 10_000;
 
     fn within(row: &Row) -> bool {
         LIMITS.iter().all(|&(plays, most, share)| {
@@ -136,17 +136,19 @@ mod bench {
             ("forward", PlantRate::Forward),
             ("backward", PlantRate::Backward),
         ] {
-            let counts = [
-                (3, 24, preview::<3>(now, 24, rate)),
-                (10, 24, preview::<10>(now, 24, rate)),
-            ];
-            for (plays, window, count) in counts {
-                println!(
-                    "n {plays}, window {window}, {name}: {:.1} {}",
-                    count.mean(),
-                    count.worst
-                );
-                ahead = ahead.max(count.worst);
+            for window in [24, 30] {
+                let counts = [
+                    (3, preview::<3>(now, window, rate)),
+                    (10, preview::<10>(now, window, rate)),
+                ];
+                for (plays, count) in counts {
+                    println!(
+                        "n {plays}, window {window}, {name}: {:.1} {}",
+                        count.mean(),
+                        count.worst
+                    );
+                    ahead = ahead.max(count.worst);
+                }
             }
         }
         println!("sample without interrupt and converter: mean, spread, worst");

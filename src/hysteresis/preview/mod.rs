@@ -245,7 +245,7 @@ impl<T: Real, const N: usize, const WINDOW: usize> PreviewInverse<T, N, WINDOW> 
 ///
 /// let model = Parameters { weights: &[0.7236, 0.2906, 0.0416, 0.1512],
 ///     thresholds: &[9.715, 19.43, 29.145], beta: 8.572e-4 }.build::<3>(1e-4)?;
-/// assert_eq!(preview::window_for(&model), 32);
+/// assert_eq!(preview::window_for(&model), 30);
 /// # Ok::<(), hysteron::error::ParameterError>(())
 /// ```
 pub fn window_for<T: Real, const N: usize>(model: &RateDependentPi<T, N>) -> usize {

@@ -10,7 +10,7 @@
 //! |---|---|
 //! | [`play`] | the play operator with envelopes; a bank of them in a plain and in a stack form |
 //! | [`rate`] | the law that widens the envelopes with the rate of the input |
-//! | [`hysteresis`] | the rate-dependent Prandtl-Ishlinskii model and its analytic inverse |
+//! | [`hysteresis`] | the rate-dependent Prandtl-Ishlinskii model, its analytic and its preview inverse |
 //! | [`effect`] | what a stage does besides hysteresis: the asymmetry map |
 //! | [`model`] | a whole stage: hysteresis, asymmetry, gain and offset |
 //! | [`compensator`] | the inverses of a model in reverse order: reference in, drive out |

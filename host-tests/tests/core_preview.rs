@@ -159,12 +159,12 @@ fn not_worse_than_the_explicit_inverse() {
     assert!(lines.largest * 20 <= lines.compared, "{lines:?}");
 }
 
-/// The whole suite; some minutes: `cargo test --release --test core_preview -- --ignored --nocapture`.
+/// The whole suite: `cargo test --release -p hysteron-host --test core_preview -- --ignored --nocapture`.
 ///
 /// On a plant that sees the step that led to a sample, single samples at which that step changes at
-/// once may be worse, and with plays that widen by 60 and more steps of the drive whole records.
+/// once may be worse; `docs/preview.md` says where.
 #[test]
-#[ignore = "takes minutes"]
+#[ignore = "takes ten minutes"]
 fn never_worse_than_the_explicit_inverse() {
     let suite = Suite {
         stages: stages(),
@@ -175,8 +175,24 @@ fn never_worse_than_the_explicit_inverse() {
     let exact = tally(&suite, Rate::Forward, PlantRate::Forward);
     assert_eq!((exact.largest, exact.rms), (0, 0));
     let lines = tally(&suite, Rate::Backward(20), PlantRate::Backward);
-    assert!(lines.largest * 40 <= lines.compared, "{lines:?}");
+    assert!(lines.largest * 50 <= lines.compared, "{lines:?}");
     assert!(lines.rms * 1000 <= lines.compared, "{lines:?}");
+}
+
+#[test]
+#[ignore = "takes a minute"]
+fn the_midpoint_is_seldom_worse_than_the_explicit_inverse() {
+    let suite = Suite {
+        stages: stages(),
+        sample_rates: vec![5e3, 1e4, 2e4],
+        frequencies: vec![10.0, 40.0, 100.0, 200.0],
+        phases: vec![0.0, 0.37],
+    };
+    for rate in [Rate::Forward, Rate::Backward(20)] {
+        let tally = tally(&suite, rate, PlantRate::Midpoint);
+        assert!(tally.largest * 10 <= tally.compared, "{tally:?}");
+        assert!(tally.rms * 25 <= tally.compared, "{tally:?}");
+    }
 }
 
 #[test]

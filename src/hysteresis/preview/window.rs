@@ -74,6 +74,10 @@ impl<T: Real, const N: usize, const WINDOW: usize> Window<T, N, WINDOW> {
         let Some(entries) = self.entries.get_mut(..len) else {
             return;
         };
+        // The compiler then knows that the copy cannot fail.
+        if entries.is_empty() {
+            return;
+        }
         entries.copy_within(1.., 0);
         if let [.., before, newest] = entries {
             before.p = reference - before.reference;

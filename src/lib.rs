@@ -10,7 +10,7 @@
 //! |---|---|
 //! | [`play`] | the play operator with envelopes; a bank of them in a plain and in a stack form |
 //! | [`rate`] | the law that widens the envelopes with the rate of the input |
-//! | [`hysteresis`] | the rate-dependent Prandtl-Ishlinskii model and its analytic inverse; the modified play model |
+//! | [`hysteresis`] | the rate-dependent Prandtl-Ishlinskii model, its analytic and its preview inverse; the modified play model |
 //! | [`effect`] | what a stage does besides hysteresis: asymmetry, curvature, lag, delay, modes, creep |
 //! | [`model`] | a whole stage: hysteresis, asymmetry, gain and offset |
 //! | [`chain`] | the same with every effect around it |

@@ -182,6 +182,98 @@ fn identify_writes_a_model_that_the_other_commands_take() {
     }
 }
 
+/// The published stage at a drive that is joined by straight lines and stepped `fine` times finer: a
+/// plain loop. Its thresholds widen with the step that led to a sample, or with the one to come.
+fn published_stage(drive: &[f64], sample_time: f64, fine: usize, forward: bool) -> Vec<f64> {
+    let line = |k: usize| {
+        let (whole, part) = (k / fine, (k % fine) as f64 / fine as f64);
+        let next = drive[(whole + 1).min(drive.len() - 1)];
+        drive[whole] + (next - drive[whole]) * part
+    };
+    let last = fine * (drive.len() - 1);
+    let mut plays = [0.0f64; 3];
+    let mut out = Vec::new();
+    for k in 0..=last {
+        let step = if forward {
+            line((k + 1).min(last)) - line(k)
+        } else {
+            line(k) - line(k.saturating_sub(1))
+        };
+        let widening = 8.572e-4 * step.abs() * fine as f64 / sample_time;
+        for (i, z) in plays.iter_mut().enumerate() {
+            let r = 9.715 * (i + 1) as f64 + widening;
+            *z = z.min(line(k) + r).max(line(k) - r);
+        }
+        if k % fine == 0 {
+            let weighted = 0.2906 * plays[0] + 0.0416 * plays[1] + 0.1512 * plays[2];
+            out.push(0.7236 * line(k) + weighted);
+        }
+    }
+    out
+}
+
+#[test]
+fn the_preview_inverse_follows_where_the_explicit_one_lags() {
+    let folder = tempfile::tempdir().unwrap();
+    let time: Vec<f64> = (0..400).map(|k| f64::from(k) * 1e-4).collect();
+    let phase = |t: &f64| 200.0 * std::f64::consts::PI * (t + 3e-5);
+    let reference: Vec<f64> = time.iter().map(|t| 40.0 * phase(t).sin()).collect();
+    let names = ["time_s", "reference_um"];
+    write_csv(&folder.path().join("ref.csv"), names, &time, &reference);
+    let run = |command: &str, options: &[&str], result: &str| {
+        let (model, file) = (["--model", "p753"], ["--out", "out.csv"]);
+        let arguments = [&[command], &model[..], &file, options].concat();
+        let output = hysteron(&arguments, folder.path());
+        assert!(
+            output.status.success() && output.stderr.is_empty(),
+            "{output:?}"
+        );
+        let written = columns(&fs::read_to_string(folder.path().join("out.csv")).unwrap());
+        assert_eq!(column(&written, "time_s"), time);
+        column(&written, result).to_vec()
+    };
+    // Largest and rms error with the rate of the step to come, and twenty times finer.
+    let errors = |options: &[&str]| {
+        let input = ["--reference", "ref.csv"];
+        let drive = run("compensate", &[&input, options].concat(), "drive_v");
+        write_csv(
+            &folder.path().join("drive.csv"),
+            ["time_s", "drive_v"],
+            &time,
+            &drive,
+        );
+        let simulate = |options: &[&str], fine, forward| {
+            let options = [&["--input", "drive.csv"], options].concat();
+            let came = run("simulate", &options, "displacement_um");
+            let truth = published_stage(&drive, 1e-4, fine, forward);
+            let (mut largest, mut squares) = (0.0f64, 0.0);
+            for (k, (came, truth)) in came.iter().zip(&truth).enumerate() {
+                assert!(k == 0 || (came - truth).abs() < 1e-9, "{k}: {came} {truth}");
+                if (100..350).contains(&k) {
+                    largest = largest.max((came - reference[k]).abs());
+                    squares += (came - reference[k]).powi(2);
+                }
+            }
+            (largest, (squares / 250.0).sqrt())
+        };
+        (
+            simulate(&["--rate", "forward"], 1, true),
+            simulate(&["--oversample", "20"], 20, false),
+        )
+    };
+    let (forward, fine) = errors(&[]);
+    assert!(forward.0 > 2.0 && fine.0 > 2.0, "{forward:?} {fine:?}");
+    let (forward, fine) = errors(&["--inverse", "preview"]);
+    assert!(
+        forward.0 < 0.2 && fine.0 < 0.5 && fine.1 < 0.17,
+        "{forward:?} {fine:?}"
+    );
+    let (forward, _) = errors(&["--inverse", "preview", "--plant-rate", "forward"]);
+    assert!(forward.0 < 0.001, "{forward:?}");
+    let (_, fine) = errors(&["--inverse", "preview", "--plant-rate", "backward"]);
+    assert!(fine.0 < 0.5 && fine.1 < 0.1, "{fine:?}");
+}
+
 #[test]
 fn bad_input_is_one_line_and_leaves_nothing_behind() {
     let folder = tempfile::tempdir().unwrap();
@@ -210,6 +302,24 @@ fn bad_input_is_one_line_and_leaves_nothing_behind() {
          [units]\ntime = \"s\"\ndrive = \"V\"\ndisplacement = \"um\"\n\
          [[stage]]\nname = \"hysteresis\"\nthresholds_v = [1.0]\nweights = [0.5, -0.6]\nbeta_s = 0.0\n",
     );
+    let sharp = "format = \"hysteron-model\"\nversion = 1\nname = \"slow\"\n\
+         [units]\ntime = \"s\"\ndrive = \"V\"\ndisplacement = \"um\"\n\
+         [[stage]]\nname = \"hysteresis\"\nthresholds_v = [1.0]\nweights = [0.5, 0.6]\nbeta_s = 0.2\n";
+    write("slow.toml", sharp);
+    write("ref.csv", &format!("time_s,reference_um\n{rows}"));
+    let compensate = |model: &str, options: &[&str]| {
+        let arguments = [
+            "compensate",
+            "--model",
+            model,
+            "--reference",
+            "ref.csv",
+            "--out",
+            "out.csv",
+        ];
+        let all = arguments.iter().chain(options);
+        all.map(|&argument| argument.to_owned()).collect::<Vec<_>>()
+    };
     let simulate = |model: &str, input: &str| {
         [
             "simulate", "--model", model, "--input", input, "--out", "out.csv",
@@ -241,6 +351,14 @@ fn bad_input_is_one_line_and_leaves_nothing_behind() {
             "p753, p753-printed, example-f",
         ),
         (simulate("bad.toml", "good.csv").to_vec(), "weights[1]"),
+        (
+            compensate("slow.toml", &["--inverse", "preview"]),
+            "samples ahead",
+        ),
+        (
+            compensate("p753", &["--plant-rate", "forward"]),
+            "--inverse preview",
+        ),
         (identify("stage.csv"), "stage.csv:1"),
         (identify("nowhere"), "nowhere"),
         (identify("good.csv"), "good.csv:1"),

@@ -27,37 +27,45 @@ fn worst(frequency: f64, rate: Rate, drive: impl Fn(&[f64]) -> Vec<f64>) -> (f64
 #[test]
 fn the_published_stage_with_the_rate_of_its_own_drive() {
     let stage = Stage::p753();
-    let on = |frequency, rate, plant_rate| {
-        worst(frequency, rate, |v| {
-            preview(&stage, v, 1e-4, plant_rate).unwrap()
-        })
+    let lines = Rate::Backward(20);
+    let either = |frequency, drive: &dyn Fn(&[f64]) -> Vec<f64>| {
+        [Rate::Forward, lines].map(|rate| worst(frequency, rate, drive))
     };
-    for (frequency, limits) in [
+    // Largest and rms error with the rate of the step to come, and on a drive joined by lines.
+    let free = (f64::INFINITY, f64::INFINITY);
+    for (plant_rate, at_50_hz, at_100_hz) in [
         (
-            50.0,
-            [(0.001, 0.001), (0.07, 0.04), (0.22, 0.06), (0.18, 0.025)],
+            PlantRate::Forward,
+            [(0.001, 0.001), free],
+            [(0.001, 0.001), free],
         ),
         (
-            100.0,
-            [(0.001, 0.001), (0.2, 0.12), (0.46, 0.17), (0.45, 0.1)],
+            PlantRate::Midpoint,
+            [(0.07, 0.04), (0.22, 0.06)],
+            [(0.2, 0.12), (0.46, 0.17)],
+        ),
+        (
+            PlantRate::Backward,
+            [free, (0.18, 0.025)],
+            [free, (0.45, 0.1)],
         ),
     ] {
-        let lines = Rate::Backward(20);
-        let found = [
-            on(frequency, Rate::Forward, PlantRate::Forward),
-            on(frequency, Rate::Forward, PlantRate::Midpoint),
-            on(frequency, lines, PlantRate::Midpoint),
-            on(frequency, lines, PlantRate::Backward),
-        ];
-        let without = [Rate::Forward, lines]
-            .map(|rate| worst(frequency, rate, |v| explicit(&stage, v, 1e-4)));
-        println!("{frequency} Hz: {found:.4?}, explicit {without:.4?}");
-        for (found, limit) in found.iter().zip(limits) {
-            assert!(
-                found.0 <= limit.0 && found.1 <= limit.1,
-                "{found:?} {limit:?}"
-            );
+        for (frequency, limits) in [(50.0, at_50_hz), (100.0, at_100_hz)] {
+            let found = either(frequency, &|v| {
+                preview(&stage, v, 1e-4, plant_rate).unwrap()
+            });
+            println!("{plant_rate:?}, {frequency} Hz: {found:.4?}");
+            for (found, limit) in found.iter().zip(limits) {
+                assert!(
+                    found.0 <= limit.0 && found.1 <= limit.1,
+                    "{found:?} {limit:?}"
+                );
+            }
         }
+    }
+    for frequency in [50.0, 100.0] {
+        let without = either(frequency, &|v| explicit(&stage, v, 1e-4));
+        println!("explicit, {frequency} Hz: {without:.4?}");
         assert!(without.iter().all(|found| found.0 > 1.0), "{without:?}");
     }
 }
@@ -151,12 +159,12 @@ fn not_worse_than_the_explicit_inverse() {
     assert!(lines.largest * 20 <= lines.compared, "{lines:?}");
 }
 
-/// The whole suite; some minutes: `cargo test --release --test core_preview -- --ignored --nocapture`.
+/// The whole suite: `cargo test --release -p hysteron-host --test core_preview -- --ignored --nocapture`.
 ///
 /// On a plant that sees the step that led to a sample, single samples at which that step changes at
-/// once may be worse, and with plays that widen by 60 and more steps of the drive whole records.
+/// once may be worse; `docs/preview.md` says where.
 #[test]
-#[ignore = "takes minutes"]
+#[ignore = "takes ten minutes"]
 fn never_worse_than_the_explicit_inverse() {
     let suite = Suite {
         stages: stages(),
@@ -167,8 +175,24 @@ fn never_worse_than_the_explicit_inverse() {
     let exact = tally(&suite, Rate::Forward, PlantRate::Forward);
     assert_eq!((exact.largest, exact.rms), (0, 0));
     let lines = tally(&suite, Rate::Backward(20), PlantRate::Backward);
-    assert!(lines.largest * 40 <= lines.compared, "{lines:?}");
+    assert!(lines.largest * 50 <= lines.compared, "{lines:?}");
     assert!(lines.rms * 1000 <= lines.compared, "{lines:?}");
+}
+
+#[test]
+#[ignore = "takes a minute"]
+fn the_midpoint_is_seldom_worse_than_the_explicit_inverse() {
+    let suite = Suite {
+        stages: stages(),
+        sample_rates: vec![5e3, 1e4, 2e4],
+        frequencies: vec![10.0, 40.0, 100.0, 200.0],
+        phases: vec![0.0, 0.37],
+    };
+    for rate in [Rate::Forward, Rate::Backward(20)] {
+        let tally = tally(&suite, rate, PlantRate::Midpoint);
+        assert!(tally.largest * 10 <= tally.compared, "{tally:?}");
+        assert!(tally.rms * 25 <= tally.compared, "{tally:?}");
+    }
 }
 
 #[test]

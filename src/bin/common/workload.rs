@@ -10,6 +10,7 @@ use core::sync::atomic::{Ordering, compiler_fence};
 use heapless::spsc::Queue;
 use hysteron::control::{Control, Output, Path};
 use hysteron::dac;
+use hysteron::hysteresis::preview::{PlantRate, PreviewInverse, PreviewSettings};
 use hysteron::hysteresis::{Parameters, RateDependentPi, State};
 use hysteron::link::{Command, FRAME_LEN, Request, Server, encode};
 use hysteron::play::{PlainState, PlayState, StackState};
@@ -122,7 +123,7 @@ fn parameters(plays: usize) -> ([f32; 100], [f32; 101]) {
     (thresholds, weights)
 }
 
-fn inverse<const N: usize>(plays: usize) -> RateDependentPi<f32, N> {
+fn model<const N: usize>(plays: usize) -> RateDependentPi<f32, N> {
     let (thresholds, weights) = parameters(plays);
     Parameters {
         weights: &weights[..=plays],
@@ -130,7 +131,6 @@ fn inverse<const N: usize>(plays: usize) -> RateDependentPi<f32, N> {
         beta: BETA,
     }
     .build::<N>(1.0 / RATE)
-    .and_then(|model| model.inverse())
     .expect("the parameters are valid")
 }
 
@@ -227,7 +227,7 @@ fn race<const N: usize, R: Rival<N>>(
 
 /// An inverse of `plays` plays in a bank for `N`.
 pub fn row<const N: usize, R: Rival<N>>(now: impl Fn() -> u32 + Copy, plays: usize) -> Row {
-    let inverse = inverse::<N>(plays);
+    let inverse = model::<N>(plays).inverse().expect("it has one");
     let mut row = Row {
         plays,
         capacity: N,
@@ -249,6 +249,36 @@ pub fn row<const N: usize, R: Rival<N>>(now: impl Fn() -> u32 + Copy, plays: usi
         difference: adverse.difference,
         ..row
     }
+}
+
+/// A preview inverse of `N` plays with one sweep in a tick, on the references.
+pub fn preview<const N: usize>(
+    now: impl Fn() -> u32 + Copy,
+    window: usize,
+    plant_rate: PlantRate,
+) -> Count {
+    let settings = PreviewSettings {
+        window,
+        sweeps: 1,
+        plant_rate,
+    };
+    let inverse = PreviewInverse::<f32, N, 32>::new(&model(N), settings).expect("it has one");
+    let empty = overhead(now);
+    let mut count = Count::default();
+    let mut queue = Queue::<f32, STREAM_LEN>::new();
+    let (_, mut stream) = queue.split();
+    for waveform in references() {
+        let mut reference = Reference::new(&waveform, RATE).expect("it can be played");
+        let mut state = inverse.start(0.0);
+        for v in (0..SAMPLES).map_while(|_| reference.next(&mut stream)) {
+            let v = black_box(v);
+            let begin = now();
+            let drive = inverse.step(&mut state, v);
+            count.add(now().wrapping_sub(begin) - empty);
+            black_box(drive);
+        }
+    }
+    count
 }
 
 #[inline(never)]

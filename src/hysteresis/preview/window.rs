@@ -4,7 +4,7 @@ use crate::math::{Real, max, min};
 
 use super::PreviewInverse;
 use super::aim::Plant;
-use super::solve::Sample;
+use super::solve::{Pushed, Sample};
 
 /// State of a preview inverse.
 #[derive(Clone, Copy, Debug)]
@@ -74,7 +74,11 @@ impl<T: Real, const N: usize, const WINDOW: usize> Window<T, N, WINDOW> {
         let Some(entries) = self.entries.get_mut(..len) else {
             return;
         };
-        entries.rotate_left(1);
+        // The compiler then knows that the copy cannot fail.
+        if entries.is_empty() {
+            return;
+        }
+        entries.copy_within(1.., 0);
         if let [.., before, newest] = entries {
             before.p = reference - before.reference;
             // The last step is taken to continue.
@@ -163,19 +167,19 @@ impl<T: Real, const N: usize, const WINDOW: usize> PreviewInverse<T, N, WINDOW> 
     fn rest(&self, rows: &mut [[T; N]; WINDOW], row: usize, sign: T, front: T) -> usize {
         let thresholds = self.inverse.bank().thresholds();
         let ahead = |y: T, s: T| sign * (front - y) > s;
-        let Some(&(mut plays)) = rows.get(row) else {
+        let Some(plays) = rows.get(row) else {
             return row;
         };
-        let mut moved = false;
+        let first = plays.first().zip(thresholds.first());
+        if !first.is_some_and(|(&y, &s)| ahead(y, s)) {
+            return row;
+        }
+        let mut plays = *plays;
         for (y, &s) in plays.iter_mut().zip(thresholds) {
             if !ahead(*y, s) {
                 break;
             }
             *y = front - sign * s;
-            moved = true;
-        }
-        if !moved {
-            return row;
         }
         // Both fronts can only push at one sample if one play is between them, so there are rows
         // enough; should rounding say otherwise, the last one is used again.
@@ -195,15 +199,17 @@ impl<T: Real, const N: usize, const WINDOW: usize> PreviewInverse<T, N, WINDOW> 
         };
         let mut v_next = newest.reference;
         let mut next_width = self.half_width(newest);
+        let mut pushed = Pushed::default();
         for entry in entries.iter_mut().rev() {
             if let Some(plays) = rows.get(entry.row) {
-                entry.step = self.solve(&Sample {
+                let sample = Sample {
                     plays,
                     v_next,
                     p: entry.p,
                     wider: self.widening * entry.lag,
                     next_width,
-                });
+                };
+                entry.step = self.solve(&sample, &mut pushed);
             }
             v_next = entry.reference;
             next_width = self.half_width(entry);

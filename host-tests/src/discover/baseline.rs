@@ -1,0 +1,170 @@
+//! The baseline: a hysteresis with as many plays as still help on records that it was not fitted to.
+//!
+//! What an unsaturated core leaves over looks like effects that are not there.
+
+use rayon::prelude::*;
+
+use crate::dataset::Role;
+use crate::error::Error;
+use crate::identify::catalogue::Effect;
+use crate::identify::joint::{Between, Joint, JointFit, Terms};
+use crate::identify::run::{Run, Runs};
+use crate::identify::score;
+use crate::identify::start::Start;
+
+/// Which hysteresis the data are held against.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum Baseline {
+    /// Plays with a rate term, where the records can show one.
+    #[default]
+    RateDependent,
+    /// Plays alone.
+    RateIndependent,
+}
+
+/// Numbers of plays that are tried, growing.
+const PLAYS: [usize; 4] = [6, 12, 24, 40];
+/// How much closer thresholds lie to each other near zero: the power of an even spread.
+const CROWDING: f64 = 1.3;
+/// By how much more plays must lower the rms on the select records.
+const WORTH_PLAYS: f64 = 0.98;
+/// By how much a smooth drive must lower the rms of the fit.
+const WORTH_SMOOTH: f64 = 0.99;
+
+/// The saturated baseline, and how the drive is taken between samples.
+pub struct Saturated {
+    /// The fitted hysteresis.
+    pub joint: Joint,
+    /// Between samples.
+    pub between: Between,
+}
+
+/// Saturates the core and chooses the state that each run starts in.
+///
+/// # Errors
+/// Numbers that the core refuses.
+pub fn saturate(runs: &mut Runs, baseline: &Baseline) -> Result<Saturated, Error> {
+    let terms = terms(runs, baseline);
+    for plays in [6, 12] {
+        let joint = {
+            let fit = JointFit::new(runs, Between::Lines);
+            fitted(&fit, crowded(&fit, plays), terms.clone())?
+        };
+        choose_starts(runs, Between::Lines, &joint)?;
+    }
+    let mut between = Between::Lines;
+    let fit = JointFit::new(runs, between);
+    let mut best = fitted(&fit, crowded(&fit, PLAYS[0]), terms.clone())?;
+    let mut lowest = judged(&fit, &best)?;
+    if best.core.beta > 0.0 {
+        let smooth = JointFit::new(runs, Between::Smooth);
+        let other = fitted(&smooth, crowded(&smooth, PLAYS[0]), terms.clone())?;
+        if other.rms < WORTH_SMOOTH * best.rms {
+            lowest = judged(&smooth, &other)?;
+            (best, between) = (other, Between::Smooth);
+        }
+    }
+    let fit = JointFit::new(runs, between);
+    for plays in PLAYS.into_iter().skip(1) {
+        let richer = fitted(&fit, crowded(&fit, plays), best.terms.clone())?;
+        let score = judged(&fit, &richer)?;
+        let helps = score < WORTH_PLAYS * lowest;
+        if score < lowest {
+            (best, lowest) = (richer, score);
+        }
+        if !helps {
+            break;
+        }
+    }
+    drop(fit);
+    choose_starts(runs, between, &best)?;
+    let fit = JointFit::new(runs, between);
+    let kept = worth_keeping(&best);
+    let joint = fitted(&fit, kept, best.terms)?;
+    Ok(Saturated { joint, between })
+}
+
+fn terms(runs: &Runs, baseline: &Baseline) -> Terms {
+    let seen = crate::identify::catalogue::Seen::new(runs);
+    let rate = Effect::RateDependence.template();
+    match baseline {
+        Baseline::RateDependent if rate.hidden(&seen).is_none() => {
+            let start = rate.starts(&seen).into_iter().next().unwrap_or_default();
+            Terms::none().with(Effect::RateDependence, start)
+        }
+        _ => Terms::none(),
+    }
+}
+
+fn fitted(fit: &JointFit<'_>, thresholds: Vec<f64>, terms: Terms) -> Result<Joint, Error> {
+    let mut joint = fit.weights(thresholds, terms)?;
+    fit.settle(&mut joint)?;
+    Ok(joint)
+}
+
+/// Thresholds that lie closer together near zero.
+fn crowded(fit: &JointFit<'_>, plays: usize) -> Vec<f64> {
+    let widest = fit.seen().threshold_v;
+    (1..=plays)
+        .map(|i| widest * (i as f64 / plays as f64).powf(CROWDING))
+        .collect()
+}
+
+/// Thresholds with a weight, and their neighbours: with effects beside them the weights will move.
+fn worth_keeping(joint: &Joint) -> Vec<f64> {
+    let weights = &joint.core.weights;
+    let has = |i: usize| weights.get(i).is_some_and(|&a| a > 0.0);
+    let keep = |i: &usize| has(*i) || has(i + 1) || (*i > 1 && has(i - 1));
+    (1..weights.len())
+        .filter(keep)
+        .map(|i| joint.core.thresholds[i - 1])
+        .collect()
+}
+
+/// What a structure is chosen by: the rms on the select records, or where there are none and none
+/// could be held back, that of the fit.
+pub fn judged(fit: &JointFit<'_>, joint: &Joint) -> Result<f64, Error> {
+    let select = fit.rms(&joint.core, &joint.terms, Role::Select)?;
+    Ok(if select.is_finite() { select } else { joint.rms })
+}
+
+/// Gives every run the history from the menu under which the model explains it best.
+pub fn choose_starts(runs: &mut Runs, between: Between, joint: &Joint) -> Result<(), Error> {
+    let menu = Start::menu(runs.drive_range);
+    let predicted = JointFit::new(runs, between).predicted(&joint.core, &joint.terms)?;
+    let shared = score::offsets(runs, &predicted);
+    let tried: Vec<(Start, Vec<Vec<f64>>)> = menu
+        .par_iter()
+        .map(|&start| {
+            let mut other = runs.clone();
+            other.runs.iter_mut().for_each(|run| run.start = start);
+            let fit = JointFit::new(&other, between);
+            Ok((start, fit.predicted(&joint.core, &joint.terms)?))
+        })
+        .collect::<Result<_, Error>>()?;
+    let own = runs.own_offsets;
+    for (i, run) in runs.runs.iter_mut().enumerate() {
+        let square = |predicted: &[f64]| mean_square(run, predicted, (!own).then_some(shared[i]));
+        let mut best = (square(&predicted[i]) * (1.0 - 1e-9), run.start);
+        for (start, predicted) in &tried {
+            let square = square(&predicted[i]);
+            // An equal history further down the menu is not a better one.
+            if square < best.0 {
+                best = (square * (1.0 - 1e-9), *start);
+            }
+        }
+        run.start = best.1;
+    }
+    Ok(())
+}
+
+/// Mean square of measurement less prediction over the scored samples, about `offset` or their mean.
+fn mean_square(run: &Run, predicted: &[f64], offset: Option<f64>) -> f64 {
+    let residuals = || {
+        let samples = run.spans.iter().flat_map(|span| span.samples.clone());
+        samples.map(|k| run.displacement[k] - predicted[k])
+    };
+    let count = residuals().count().max(1) as f64;
+    let about = offset.unwrap_or_else(|| residuals().sum::<f64>() / count);
+    residuals().map(|e| (e - about).powi(2)).sum::<f64>() / count
+}

@@ -1,0 +1,29 @@
+//! Backlash: its width over half the range of the displacement.
+
+use crate::model_file::{self, Stage};
+
+use super::{Seen, Template};
+
+/// See the [module](self).
+pub struct Backlash;
+
+impl Template for Backlash {
+    fn name(&self) -> &'static str {
+        "backlash"
+    }
+
+    fn starts(&self, seen: &Seen) -> Vec<Vec<f64>> {
+        vec![vec![0.03]]
+    }
+
+    fn bounds(&self, seen: &Seen, numbers: &[f64]) -> Vec<(f64, f64)> {
+        vec![(0.0, 0.8)]
+    }
+
+    fn stage(&self, numbers: &[f64], seen: &Seen, gain: f64) -> Option<Stage> {
+        let &[x] = numbers else { return None };
+        Some(Stage::Backlash(model_file::Backlash {
+            width: x * seen.displacement_um / gain,
+        }))
+    }
+}

@@ -1,0 +1,29 @@
+//! Congruency: kappa at half the range of the displacement.
+
+use crate::model_file::{self, Stage};
+
+use super::{Seen, Template};
+
+/// See the [module](self).
+pub struct Congruency;
+
+impl Template for Congruency {
+    fn name(&self) -> &'static str {
+        "congruency"
+    }
+
+    fn starts(&self, seen: &Seen) -> Vec<Vec<f64>> {
+        vec![vec![0.0]]
+    }
+
+    fn bounds(&self, seen: &Seen, numbers: &[f64]) -> Vec<(f64, f64)> {
+        vec![(-0.9, 0.9)]
+    }
+
+    fn stage(&self, numbers: &[f64], seen: &Seen, gain: f64) -> Option<Stage> {
+        let &[x] = numbers else { return None };
+        Some(Stage::Congruency(model_file::Congruency {
+            kappa: x / seen.displacement_um,
+        }))
+    }
+}

@@ -1,0 +1,30 @@
+//! Rate term of the thresholds: what it widens the plays by at the highest rate, over the widest threshold.
+
+use crate::model_file::Stage;
+
+use super::{DECADE, Seen, Template};
+
+/// See the [module](self).
+pub struct RateDependence;
+
+impl Template for RateDependence {
+    fn name(&self) -> &'static str {
+        "rate-dependence"
+    }
+
+    fn starts(&self, seen: &Seen) -> Vec<Vec<f64>> {
+        vec![vec![0.1]]
+    }
+
+    fn bounds(&self, seen: &Seen, numbers: &[f64]) -> Vec<(f64, f64)> {
+        vec![(0.0, 20.0)]
+    }
+
+    fn stage(&self, numbers: &[f64], seen: &Seen, gain: f64) -> Option<Stage> {
+        None
+    }
+
+    fn hidden(&self, seen: &Seen) -> Option<&'static str> {
+        (seen.frequency_span < DECADE).then_some("the records span less than a decade of frequencies")
+    }
+}

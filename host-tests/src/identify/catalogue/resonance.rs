@@ -1,0 +1,36 @@
+//! A mode: the logarithms of its frequency and damping ratio.
+
+use crate::model_file::{self, Stage};
+
+use super::{Seen, Template, spread};
+
+/// See the [module](self).
+pub struct Resonance;
+
+impl Template for Resonance {
+    fn name(&self) -> &'static str {
+        "resonance"
+    }
+
+    fn starts(&self, seen: &Seen) -> Vec<Vec<f64>> {
+        let (low, high) = (2.0 / seen.duration_s, 0.3 / seen.sample_time_s);
+        spread(low.min(0.1 * high), high, 20)
+            .map(|f_n_hz| vec![f_n_hz.ln(), 0.04f64.ln()])
+            .collect()
+    }
+
+    fn bounds(&self, seen: &Seen, numbers: &[f64]) -> Vec<(f64, f64)> {
+        vec![
+            ((0.5 / seen.duration_s).ln(), (0.45 / seen.sample_time_s).ln()),
+            (1e-3f64.ln(), 0.9f64.ln()),
+        ]
+    }
+
+    fn stage(&self, numbers: &[f64], seen: &Seen, gain: f64) -> Option<Stage> {
+        let &[frequency, damping] = numbers else { return None };
+        Some(Stage::Resonance(model_file::Resonance {
+            f_n_hz: frequency.exp(),
+            zeta: damping.exp(),
+        }))
+    }
+}

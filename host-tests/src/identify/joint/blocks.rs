@@ -1,0 +1,42 @@
+//! The blocks of the core that a set of stages is made of, built for one sample time.
+
+use hysteron::chain::Effects;
+use hysteron::effect::asymmetry::Asymmetry;
+
+use crate::error::Error;
+use crate::model_file::Stage;
+use crate::stage;
+
+/// What stands around the plays, in volts before and micrometres behind them.
+pub struct Blocks {
+    /// All effects but the asymmetry.
+    pub effects: Effects<f64>,
+    /// The asymmetry map.
+    pub asymmetry: Option<Asymmetry<f64, { stage::CORNERS }>>,
+}
+
+impl Blocks {
+    /// The blocks of `stages`, whose hysteresis yields micrometres.
+    ///
+    /// # Errors
+    /// Numbers that the core refuses.
+    pub fn new(stages: &[Stage], sample_time_s: f64) -> Result<Self, Error> {
+        let refused = |stage: &str, refused: hysteron::error::ParameterError| {
+            Error::request(format!("an effect of the fit: {stage}.{refused}"))
+        };
+        let effects = stage::effects(stages, 1.0, sample_time_s)
+            .map_err(|(stage, error)| refused(stage, error))?;
+        let map = stages.iter().find_map(|stage| match stage {
+            Stage::Asymmetry(map) => Some(map),
+            _ => None,
+        });
+        let asymmetry = map
+            .map(stage::asymmetry)
+            .transpose()
+            .map_err(|error| refused("asymmetry", error))?;
+        Ok(Self {
+            effects,
+            asymmetry,
+        })
+    }
+}

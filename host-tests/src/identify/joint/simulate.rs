@@ -1,0 +1,276 @@
+//! What a model with effects makes of a run, and its derivatives by the weights.
+//!
+//! The same blocks as in [`hysteron::chain::Chain`], walked through by whole signals: what comes before
+//! the plays once, what comes behind them for the displacement and for each derivative. A test holds
+//! the result against the chain of the core.
+
+use hysteron::play::{Envelope, play};
+
+use super::super::start::Start;
+use super::blocks::Blocks;
+use super::frame::Frame;
+
+/// The hysteresis: thresholds in volts, weights in um/V.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Core {
+    /// `alpha_1..alpha_n` in volts, increasing.
+    pub thresholds: Vec<f64>,
+    /// `a_0..a_n` in um/V.
+    pub weights: Vec<f64>,
+    /// Rate coefficient in seconds.
+    pub beta: f64,
+}
+
+/// Rows of drive and plays, or of derivatives by the weights, a row a sample.
+#[derive(Default)]
+pub struct Columns {
+    /// The entries, row by row.
+    pub entries: Vec<f64>,
+    /// Entries of a row.
+    pub width: usize,
+}
+
+/// The drive as it reaches the actuator, on the fine grid.
+pub fn at_actuator(blocks: &Blocks, frame: &Frame<'_>) -> Vec<f64> {
+    let effects = &blocks.effects;
+    let mut drive = frame.run.drive.clone();
+    if let Some(saturation) = &effects.saturation {
+        drive.iter_mut().for_each(|u| *u = saturation.step(*u));
+    }
+    if let Some(slew) = &effects.slew_limit {
+        through(&mut drive, |u| slew.start(u), |s, u| slew.step(s, u));
+    }
+    if let Some(lag) = &effects.amplifier_lag {
+        through(&mut drive, |u| lag.start(u), |s, u| lag.step(s, u));
+    }
+    if let Some(delay) = &effects.transport_delay {
+        through(&mut drive, |u| delay.start(u), |s, u| delay.step(s, u));
+    }
+    frame.fine(drive)
+}
+
+/// Walks the plays along the fine drive and hands out drive and plays at every sample.
+pub fn walk(
+    core: &Core,
+    blocks: &Blocks,
+    frame: &Frame<'_>,
+    fine: &[f64],
+    mut each: impl FnMut(f64, &[f64]),
+) {
+    let Some(&first) = fine.first() else {
+        return;
+    };
+    let start = frame.run.start;
+    let mut z: Vec<f64> = core
+        .thresholds
+        .iter()
+        .map(|&r| start.play(first, r).0)
+        .collect();
+    let per_step = frame.steps as f64 / frame.run.sample_time_s;
+    let law = |rate: f64| match &blocks.effects.rate_law {
+        _ if core.beta == 0.0 => 0.0,
+        Some(power) => core.beta * power.step(rate),
+        None => core.beta * rate,
+    };
+    let mut before = frame.before(fine);
+    let rounds = if start == Start::Periodic { 2 } else { 1 };
+    for round in 1..=rounds {
+        for (i, &u) in fine.iter().enumerate() {
+            let half_width = law((u - before).abs() * per_step);
+            before = u;
+            let envelope = Envelope {
+                lo: u - half_width,
+                hi: u + half_width,
+            };
+            for (z, &r) in z.iter_mut().zip(&core.thresholds) {
+                *z = play(*z, envelope, r);
+            }
+            if round == rounds && i % frame.steps == 0 {
+                each(u, &z);
+            }
+        }
+    }
+}
+
+/// Output of the hysteresis in um.
+pub fn hysteresis(core: &Core, blocks: &Blocks, frame: &Frame<'_>, fine: &[f64]) -> Vec<f64> {
+    let mut w = Vec::with_capacity(frame.run.drive.len());
+    walk(core, blocks, frame, fine, |u, z| {
+        let (direct, plays) = parts(core, u, z);
+        w.push(match &blocks.effects.congruency {
+            Some(law) => law.step(direct, plays),
+            None => direct + plays,
+        });
+    });
+    w
+}
+
+/// As [`hysteresis`], with its derivatives by the weights.
+pub fn hysteresis_and_columns(
+    core: &Core,
+    blocks: &Blocks,
+    frame: &Frame<'_>,
+    fine: &[f64],
+) -> (Vec<f64>, Columns) {
+    let samples = frame.run.drive.len();
+    let width = core.thresholds.len() + 1;
+    let mut w = Vec::with_capacity(samples);
+    let mut entries = Vec::with_capacity(samples * width);
+    walk(core, blocks, frame, fine, |u, z| {
+        let (direct, plays) = parts(core, u, z);
+        let (mut by_direct, mut by_plays) = (1.0, 1.0);
+        w.push(match &blocks.effects.congruency {
+            Some(law) => {
+                let at = law.step(direct, plays);
+                // The law is smooth; its slopes are needed to a few digits only.
+                let step = 1e-6 * (1.0 + direct.abs().max(plays.abs()));
+                by_direct = (law.step(direct + step, plays) - at) / step;
+                by_plays = (law.step(direct, plays + step) - at) / step;
+                at
+            }
+            None => direct + plays,
+        });
+        entries.push(u * by_direct);
+        entries.extend(z.iter().map(|z| z * by_plays));
+    });
+    (w, Columns { entries, width })
+}
+
+/// The drive's part and the sum of the plays, in um.
+#[inline]
+fn parts(core: &Core, u: f64, z: &[f64]) -> (f64, f64) {
+    let mut weights = core.weights.iter();
+    let direct = weights.next().map_or(0.0, |a| a * u);
+    (direct, weights.zip(z).map(|(a, z)| a * z).sum())
+}
+
+impl Columns {
+    /// Entries of the row of sample `k`.
+    pub fn row(&self, k: usize) -> &[f64] {
+        self.entries
+            .get(k * self.width..(k + 1) * self.width)
+            .unwrap_or_default()
+    }
+
+    /// Through a block that each column has a state of.
+    fn through<S>(&mut self, start: impl Fn(f64) -> S, step: impl Fn(&mut S, f64) -> f64) {
+        let mut states: Vec<S> = self.row(0).iter().map(|&d| start(d)).collect();
+        for row in self.entries.chunks_exact_mut(self.width.max(1)) {
+            for (d, state) in row.iter_mut().zip(&mut states) {
+                *d = step(state, *d);
+            }
+        }
+    }
+
+    /// Multiplies the row of every sample.
+    fn scale(&mut self, slopes: impl Iterator<Item = f64>) {
+        for (row, slope) in self.entries.chunks_exact_mut(self.width.max(1)).zip(slopes) {
+            row.iter_mut().for_each(|d| *d *= slope);
+        }
+    }
+}
+
+/// A signal through a block.
+fn through<S>(signal: &mut [f64], start: impl Fn(f64) -> S, step: impl Fn(&mut S, f64) -> f64) {
+    if let Some(&first) = signal.first() {
+        let mut state = start(first);
+        signal.iter_mut().for_each(|x| *x = step(&mut state, *x));
+    }
+}
+
+/// Displacement in um, less the offset, from the output `w` of the hysteresis in um; `columns`, the
+/// derivatives of `w`, become those of the displacement.
+pub fn behind(
+    blocks: &Blocks,
+    frame: &Frame<'_>,
+    mut w: Vec<f64>,
+    columns: &mut Columns,
+) -> Vec<f64> {
+    let effects = &blocks.effects;
+    bend(blocks, &mut w, columns);
+    if let Some(backlash) = &effects.backlash {
+        let before = w.clone();
+        through(&mut w, |w| backlash.start(w), |s, w| backlash.step(s, w));
+        // The derivative stands where the output does.
+        let moves: Vec<bool> = (0..w.len())
+            .map(|k| k == 0 || (w[k] != w[k - 1] && before[k] != before[k - 1]))
+            .collect();
+        let mut held = columns.row(0).to_vec();
+        for (row, moves) in columns
+            .entries
+            .chunks_exact_mut(columns.width.max(1))
+            .zip(moves)
+        {
+            if moves {
+                held.copy_from_slice(row);
+            } else {
+                row.copy_from_slice(&held);
+            }
+        }
+    }
+    for mode in effects.resonances.iter().flatten() {
+        through(&mut w, |x| mode.start(x), |s, x| mode.step(s, x));
+        columns.through(|x| mode.start(x), |s, x| mode.step(s, x));
+    }
+    if let Some(creep) = &effects.creep {
+        through(&mut w, |x| creep.start(x), |s, x| creep.step(s, x));
+        columns.through(|x| creep.start(x), |s, x| creep.step(s, x));
+    }
+    if let Some(map) = &effects.output_quadratic {
+        columns.scale(w.iter().map(|&w| map.slope(w)));
+        w.iter_mut().for_each(|w| *w = map.step(*w));
+    }
+    if let Some(interleaving) = &effects.interleaving {
+        let drive = &frame.run.drive;
+        let along = |signal: &mut dyn Iterator<Item = &mut f64>| {
+            let mut state = None;
+            for (x, &u) in signal.zip(drive) {
+                let state = state.get_or_insert_with(|| interleaving.start(*x, u));
+                *x = interleaving.step(state, *x, u);
+            }
+        };
+        along(&mut w.iter_mut());
+        for j in 0..columns.width {
+            along(&mut columns.entries.iter_mut().skip(j).step_by(columns.width));
+        }
+    }
+    if let Some(lag) = &effects.sensor_lag {
+        through(&mut w, |x| lag.start(x), |s, x| lag.step(s, x));
+        columns.through(|x| lag.start(x), |s, x| lag.step(s, x));
+    }
+    let time = |k: usize| frame.run.start_s + k as f64 * frame.run.sample_time_s;
+    if let Some(drift) = &effects.drift {
+        w.iter_mut().enumerate().for_each(|(k, y)| *y += drift.at(time(k)));
+    }
+    if let Some(hum) = &effects.mains_hum {
+        w.iter_mut().enumerate().for_each(|(k, y)| *y += hum.at(time(k)));
+    }
+    w
+}
+
+/// The maps without memory.
+fn bend(blocks: &Blocks, w: &mut [f64], columns: &mut Columns) {
+    let effects = &blocks.effects;
+    if blocks.asymmetry.is_none() && effects.quadratic.is_none() && effects.cubic.is_none() {
+        return;
+    }
+    let mut slopes = Vec::with_capacity(w.len());
+    for w in w.iter_mut() {
+        let mut slope = 1.0;
+        if let Some(map) = &blocks.asymmetry {
+            let step = 1e-6 * (1.0 + w.abs());
+            slope *= (map.step(*w + step) - map.step(*w)) / step;
+            *w = map.step(*w);
+        }
+        if let Some(map) = &effects.quadratic {
+            slope *= map.slope(*w);
+            *w = map.step(*w);
+        }
+        if let Some(map) = &effects.cubic {
+            slope *= map.slope(*w);
+            *w = map.step(*w);
+        }
+        slopes.push(slope);
+    }
+    columns.scale(slopes.into_iter());
+}

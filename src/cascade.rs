@@ -1,9 +1,18 @@
 //! From the reference to the drive of a [`Chain`]: its inverses in reverse order.
 //!
 //! ```text
-//! reference -> (less offset) / gain -> output quadratic^-1 -> creep^-1 -> modes^-1 -> cubic^-1
-//!           -> quadratic^-1 -> Lambda^-1 -> Psi^-1 -> amplifier lag^-1 -> advance -> drive
+//! reference -> less offset -> interleaving^-1 -> / gain -> output quadratic^-1 -> creep^-1
+//!           -> modes^-1 -> backlash^-1 -> cubic^-1 -> quadratic^-1 -> Lambda^-1 -> Psi^-1
+//!           -> amplifier lag^-1 -> advance -> drive
 //! ```
+//!
+//! `Psi^-1` is the explicit inverse or that with a preview; with a congruency it is solved from the
+//! plays as they stand. A rate law or a congruency leave the preview aside: it is for the linear law.
+//! The amplifier's limits have no inverse, and what only the sensor sees is no motion: saturation, slew
+//! limit, sensor lag, drift, hum and quantisation are passed over.
+//!
+//! The product of interleaving takes the drive of the sample before. Without latency that is the drive
+//! that was given out; ahead of time it is not known yet, and the static gain of the stage stands in.
 //!
 //! Undoing a lag, a mode or a delay takes samples of the reference that are still to come, and so
 //! does the preview inverse of the hysteresis. The cascade takes the reference in
@@ -13,9 +22,12 @@
 
 use crate::chain::{CREEP_DECADES, Chain, Effects, MODES};
 use crate::effect::asymmetry::Asymmetry;
+use crate::effect::backlash::BacklashInverse;
+use crate::effect::congruency::Congruency;
 use crate::effect::creep::CreepState;
 use crate::effect::delay::AdvanceState;
 use crate::effect::derivative::Samples;
+use crate::effect::interleaving::InterleavingState;
 use crate::effect::lag::Lag;
 use crate::effect::resonance::Resonance;
 use crate::error::{ParameterError, SampleError};
@@ -29,9 +41,12 @@ use crate::math::Real;
 pub struct Cascade<T, const N: usize, const M: usize, const WINDOW: usize> {
     offset: T,
     per_gain: T,
+    /// Drive for a displacement of one, in V/um, where all plays slide.
+    per_static_gain: T,
     effects: Effects<T>,
     asymmetry: Option<Asymmetry<T, M>>,
     hysteresis: Hysteresis<T, N, WINDOW>,
+    latency: usize,
 }
 
 /// How the hysteresis is inverted.
@@ -43,13 +58,17 @@ pub struct Cascade<T, const N: usize, const M: usize, const WINDOW: usize> {
 enum Hysteresis<T, const N: usize, const WINDOW: usize> {
     Explicit(RateDependentPi<T, N>),
     Preview(PreviewInverse<T, N, WINDOW>),
+    /// The operator itself, solved.
+    Congruent(RateDependentPi<T, N>, Congruency<T>),
 }
 
 /// State of a cascade.
 #[derive(Clone, Copy, Debug)]
 pub struct CascadeState<T, const N: usize, const WINDOW: usize> {
+    interleaving: Option<InterleavingState<T>>,
     creep: Option<CreepState<T, CREEP_DECADES>>,
     resonances: [Option<Samples<T>>; MODES],
+    backlash: Option<BacklashInverse<T>>,
     hysteresis: HysteresisState<T, N, WINDOW>,
     amplifier_lag: Option<Samples<T>>,
     advance: Option<AdvanceState<T>>,
@@ -63,30 +82,40 @@ pub struct CascadeState<T, const N: usize, const WINDOW: usize> {
 enum HysteresisState<T, const N: usize, const WINDOW: usize> {
     Explicit(State<T, N>),
     Preview(PreviewState<T, N, WINDOW>),
+    Congruent { plays: [T; N], previous: T },
 }
 
 impl<T: Real, const N: usize, const M: usize, const WINDOW: usize> Cascade<T, N, M, WINDOW> {
-    /// The inverse of `chain`; of its hysteresis with a preview where `preview` says how.
+    /// The inverse of `chain`; of its hysteresis with a preview where `preview` says how and neither a
+    /// rate law nor a congruency stands against it.
     ///
     /// # Errors
     /// A parameter of an inverse that leaves the range of `T`; those of
-    /// [`PreviewInverse::new`].
+    /// [`PreviewInverse::new`] and [`Congruency::check`].
     pub fn new(
         chain: &Chain<T, N, M>,
         preview: Option<PreviewSettings>,
     ) -> Result<Self, ParameterError> {
-        let model = chain.model();
-        let hysteresis = match preview {
-            None => Hysteresis::Explicit(model.hysteresis().inverse()?),
-            Some(settings) => {
-                Hysteresis::Preview(PreviewInverse::new(model.hysteresis(), settings)?)
+        let (model, effects) = (chain.model(), chain.effects());
+        let operator = model.hysteresis();
+        let preview = preview.filter(|_| effects.rate_law.is_none());
+        let hysteresis = match (&effects.congruency, preview) {
+            (Some(congruency), _) => {
+                congruency.check(operator)?;
+                Hysteresis::Congruent(*operator, *congruency)
             }
+            (None, None) => Hysteresis::Explicit(operator.inverse()?),
+            (None, Some(settings)) => Hysteresis::Preview(PreviewInverse::new(operator, settings)?),
         };
+        let bank = operator.bank().weights();
+        let weights = bank.iter().fold(operator.weight_0(), |sum, &a| sum + a);
         Ok(Self {
             offset: model.offset(),
             per_gain: T::ONE / model.gain(),
-            effects: *chain.effects(),
+            per_static_gain: T::ONE / (model.gain() * weights),
+            effects: *effects,
             asymmetry: model.asymmetry().map(Asymmetry::inverse).transpose()?,
+            latency: latency(effects, &hysteresis),
             hysteresis,
         })
     }
@@ -94,14 +123,7 @@ impl<T: Real, const N: usize, const M: usize, const WINDOW: usize> Cascade<T, N,
     /// Samples between a reference sample going in and its drive coming out: that drive, applied when
     /// it comes, moves the stage to that sample.
     pub fn latency(&self) -> usize {
-        let modes = self.effects.resonances.iter().flatten().count();
-        let hysteresis = match &self.hysteresis {
-            Hysteresis::Explicit(_) => 0,
-            Hysteresis::Preview(preview) => preview.latency(),
-        };
-        let lag = self.effects.amplifier_lag.map_or(0, |_| Lag::<T>::LATENCY);
-        let delay = self.effects.transport_delay.map_or(0, |d| d.latency());
-        modes * Resonance::<T>::LATENCY + hysteresis + lag + delay
+        self.latency
     }
 
     /// State after a long rest at the reference `first` (um).
@@ -109,26 +131,22 @@ impl<T: Real, const N: usize, const M: usize, const WINDOW: usize> Cascade<T, N,
     /// # Errors
     /// A first sample that is not finite.
     pub fn start(&self, first: T) -> Result<CascadeState<T, N, WINDOW>, SampleError> {
-        let w = self.unscale(first)?;
-        let bent = self.unbend(w);
         let effects = &self.effects;
-        let (hysteresis, drive) = match &self.hysteresis {
-            Hysteresis::Explicit(inverse) => {
-                let mut state = inverse.start(bent);
-                let drive = inverse.step(&mut state, bent);
-                (HysteresisState::Explicit(state), drive)
-            }
-            Hysteresis::Preview(preview) => {
-                let mut state = preview.start(bent);
-                let drive = preview.step(&mut state, bent);
-                (HysteresisState::Preview(state), drive)
-            }
-        };
+        let y = first - self.offset;
+        let interleaving = effects
+            .interleaving
+            .map(|product| product.start_inverse(y, y * self.per_static_gain));
+        let w = self.unscale(interleaving.as_ref(), y)?;
+        let bent = self.unbend(w);
+        let mut hysteresis = self.hysteresis.start(bent);
+        let drive = self.hysteresis.step(&mut hysteresis, effects, bent)?;
         Ok(CascadeState {
+            interleaving,
             creep: effects.creep.map(|creep| creep.start(w)),
             resonances: effects
                 .resonances
                 .map(|mode| mode.map(|mode| mode.start_inverse(w))),
+            backlash: effects.backlash.map(|gap| gap.start_inverse(w)),
             hysteresis,
             amplifier_lag: effects.amplifier_lag.map(|lag| lag.start_inverse(drive)),
             advance: effects
@@ -149,7 +167,8 @@ impl<T: Real, const N: usize, const M: usize, const WINDOW: usize> Cascade<T, N,
         reference: T,
     ) -> Result<T, SampleError> {
         let effects = &self.effects;
-        let mut w = self.unscale(reference)?;
+        let y = reference - self.offset;
+        let mut w = self.unscale(state.interleaving.as_ref(), y)?;
         if let (Some(creep), Some(at)) = (&effects.creep, &mut state.creep) {
             w = creep.step_inverse(at, w);
         }
@@ -159,27 +178,36 @@ impl<T: Real, const N: usize, const M: usize, const WINDOW: usize> Cascade<T, N,
                 w = mode.step_inverse(at, w);
             }
         }
+        if let (Some(gap), Some(at)) = (&effects.backlash, &mut state.backlash) {
+            w = gap.step_inverse(at, w);
+        }
         let bent = self.unbend(w);
-        let mut u = match (&self.hysteresis, &mut state.hysteresis) {
-            (Hysteresis::Explicit(inverse), HysteresisState::Explicit(at)) => {
-                inverse.step(at, bent)
-            }
-            (Hysteresis::Preview(inverse), HysteresisState::Preview(at)) => inverse.step(at, bent),
-            // A state of another cascade: there is no drive to give.
-            _ => return Err(SampleError::NotFinite),
-        };
+        let mut u = self.hysteresis.step(&mut state.hysteresis, effects, bent)?;
         if let (Some(lag), Some(at)) = (&effects.amplifier_lag, &mut state.amplifier_lag) {
             u = lag.step_inverse(at, u);
         }
         if let (Some(delay), Some(at)) = (&effects.transport_delay, &mut state.advance) {
             u = delay.step_inverse(at, u);
         }
+        if let (Some(product), Some(at)) = (&effects.interleaving, &mut state.interleaving) {
+            let drive = if self.latency == 0 {
+                u
+            } else {
+                y * self.per_static_gain
+            };
+            product.drove(at, y, drive);
+        }
         Ok(u)
     }
 
+    /// From a displacement less its offset to what the modes and creep yield.
     #[inline(always)]
-    fn unscale(&self, reference: T) -> Result<T, SampleError> {
-        let w = (reference - self.offset) * self.per_gain;
+    fn unscale(&self, interleaving: Option<&InterleavingState<T>>, y: T) -> Result<T, SampleError> {
+        let x = match (&self.effects.interleaving, interleaving) {
+            (Some(product), Some(at)) => product.step_inverse(at, y),
+            _ => y,
+        };
+        let w = x * self.per_gain;
         let w = match &self.effects.output_quadratic {
             Some(quadratic) => quadratic.step_inverse(w),
             None => w,
@@ -205,4 +233,66 @@ impl<T: Real, const N: usize, const M: usize, const WINDOW: usize> Cascade<T, N,
         }
         w
     }
+}
+
+impl<T: Real, const N: usize, const WINDOW: usize> Hysteresis<T, N, WINDOW> {
+    fn start(&self, w: T) -> HysteresisState<T, N, WINDOW> {
+        match self {
+            Self::Explicit(inverse) => HysteresisState::Explicit(inverse.start(w)),
+            Self::Preview(preview) => HysteresisState::Preview(preview.start(w)),
+            Self::Congruent(..) => HysteresisState::Congruent {
+                plays: [T::ZERO; N],
+                previous: w,
+            },
+        }
+    }
+
+    #[inline(always)]
+    fn step(
+        &self,
+        state: &mut HysteresisState<T, N, WINDOW>,
+        effects: &Effects<T>,
+        w: T,
+    ) -> Result<T, SampleError> {
+        let law = &effects.rate_law;
+        match (self, state) {
+            (Self::Explicit(inverse), HysteresisState::Explicit(at)) => Ok(match law {
+                Some(law) => {
+                    let rate = (w - at.previous()) / inverse.sample_time();
+                    inverse.step_with_rate(at, w, law.step(rate))
+                }
+                None => inverse.step(at, w),
+            }),
+            (Self::Preview(inverse), HysteresisState::Preview(at)) => Ok(inverse.step(at, w)),
+            (
+                Self::Congruent(operator, congruency),
+                HysteresisState::Congruent { plays, previous },
+            ) => {
+                let rate = ((w - *previous) / operator.sample_time()).abs();
+                *previous = w;
+                let opened = match law {
+                    Some(law) => law.step(rate),
+                    None => rate,
+                };
+                let half_width = operator.beta() * opened;
+                Ok(congruency.step_inverse(operator, plays, w, half_width))
+            }
+            // A state of another cascade: there is no drive to give.
+            _ => Err(SampleError::NotFinite),
+        }
+    }
+}
+
+fn latency<T: Real, const N: usize, const WINDOW: usize>(
+    effects: &Effects<T>,
+    hysteresis: &Hysteresis<T, N, WINDOW>,
+) -> usize {
+    let modes = effects.resonances.iter().flatten().count();
+    let hysteresis = match hysteresis {
+        Hysteresis::Explicit(_) | Hysteresis::Congruent(..) => 0,
+        Hysteresis::Preview(preview) => preview.latency(),
+    };
+    let lag = effects.amplifier_lag.map_or(0, |_| Lag::<T>::LATENCY);
+    let delay = effects.transport_delay.map_or(0, |d| d.latency());
+    modes * Resonance::<T>::LATENCY + hysteresis + lag + delay
 }

@@ -79,6 +79,28 @@ pub enum Field {
     Covariance,
     /// Bound on the trace of that covariance.
     TraceBound,
+    /// Limit of the drive.
+    SaturationLimit,
+    /// Limit of the drive's rate.
+    SlewLimit,
+    /// Exponent of the rate.
+    Exponent,
+    /// Growth of the plays with the output.
+    Kappa,
+    /// Width of a backlash.
+    Width,
+    /// Coefficient g of interleaving as an effect of its own.
+    InterleavingGain,
+    /// Amplitude of drift or hum.
+    Amplitude,
+    /// Phase of hum.
+    Phase,
+    /// Amplitude of the third harmonic of hum.
+    ThirdAmplitude,
+    /// Phase of the third harmonic of hum.
+    ThirdPhase,
+    /// Step of a quantisation.
+    Step,
 }
 
 impl Field {
@@ -121,6 +143,17 @@ impl Field {
             Self::Forgetting => "forgetting",
             Self::Covariance => "covariance",
             Self::TraceBound => "trace bound",
+            Self::SaturationLimit => "limit_v",
+            Self::SlewLimit => "slew_v_per_s",
+            Self::Exponent => "exponent",
+            Self::Kappa => "kappa",
+            Self::Width => "width",
+            Self::InterleavingGain => "g",
+            Self::Amplitude => "amplitude",
+            Self::Phase => "phase_rad",
+            Self::ThirdAmplitude => "third_amplitude",
+            Self::ThirdPhase => "third_phase_rad",
+            Self::Step => "step",
         }
     }
 }

@@ -44,10 +44,12 @@ pub trait Real:
     fn is_finite(self) -> bool;
     /// Magnitude.
     fn abs(self) -> Self;
+    /// To the power of `exponent`, for numbers of zero or more.
+    fn powf(self, exponent: Self) -> Self;
 }
 
 macro_rules! real {
-    ($float:ident) => {
+    ($float:ident, $powf:path) => {
         impl Real for $float {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
@@ -71,12 +73,15 @@ macro_rules! real {
             fn abs(self) -> Self {
                 $float::abs(self)
             }
+            fn powf(self, exponent: Self) -> Self {
+                $powf(self, exponent)
+            }
         }
     };
 }
 
-real!(f32);
-real!(f64);
+real!(f32, libm::powf);
+real!(f64, libm::pow);
 
 /// The smaller of two numbers; a NaN in `a` yields `b`.
 ///
@@ -100,6 +105,16 @@ pub(crate) fn exp(x: f64) -> f64 {
 /// `e^x - 1` for set-up.
 pub(crate) fn exp_m1(x: f64) -> f64 {
     libm::expm1(x)
+}
+
+/// Sine of any angle in rad; it brings 7 KiB of range reduction along.
+pub(crate) fn sin(x: f64) -> f64 {
+    libm::sin(x)
+}
+
+/// Nearest whole number, halves away from zero.
+pub(crate) fn round(x: f64) -> f64 {
+    libm::round(x)
 }
 
 /// Square root for set-up.

@@ -1,20 +1,17 @@
 //! From a model file to the model and compensator of the core, in double precision.
 
-use hysteron::chain::Effects;
 use hysteron::effect::asymmetry::{Asymmetry, Side};
-use hysteron::effect::creep::Creep;
-use hysteron::effect::cubic::Cubic;
-use hysteron::effect::delay::Delay;
-use hysteron::effect::lag::Lag;
-use hysteron::effect::quadratic::Quadratic;
-use hysteron::effect::resonance::Resonance;
+mod effects;
+
 use hysteron::error::{Field, ParameterError, SampleError};
 use hysteron::hysteresis::Parameters;
 use hysteron::hysteresis::preview::{PlantRate, PreviewSettings, window_for};
 
 use crate::error::Error;
-use crate::model_file::{ModelFile, Stage, TwoSided};
+use crate::model_file::{ModelFile, TwoSided};
 use crate::modified_play;
+
+pub(crate) use effects::effects;
 
 /// Most plays a model of the host may have.
 pub const PLAYS: usize = 128;
@@ -65,13 +62,28 @@ pub fn model(file: &ModelFile, sample_time_s: f64) -> Result<Model, Error> {
 /// The inverse of [`model`].
 ///
 /// # Errors
-/// As [`model`], and parameters of the inverse that leave the range of numbers.
+/// As [`model`], parameters of the inverse that leave the range of numbers, a rate law or a congruency,
+/// which only the [`cascade`] undoes.
 pub fn compensator(file: &ModelFile, sample_time_s: f64) -> Result<Compensator, Error> {
+    plain_core(file)?;
     model(file, sample_time_s)?
         .compensator()
         .map_err(|refused| {
             Error::request(format!("model \"{}\" has no inverse: {refused}", file.name))
         })
+}
+
+/// Refuses a model whose hysteresis is not an operator of its own.
+fn plain_core(file: &ModelFile) -> Result<(), Error> {
+    match file.core_effects().next() {
+        Some(stage) => Err(Error::request(format!(
+            "model \"{}\" has a stage {}, without which its hysteresis means something else; use \
+             the cascade",
+            file.name,
+            stage.name()
+        ))),
+        None => Ok(()),
+    }
 }
 
 /// The model of a file with all effects of its stages.
@@ -89,7 +101,7 @@ pub fn chain(file: &ModelFile, sample_time_s: f64) -> Result<Chain, Error> {
     Ok(Chain::new(model, effects))
 }
 
-/// The inverse of [`chain`], with a preview inverse where there is a rate term.
+/// The inverse of [`chain`], with a preview inverse where there is a linear rate term.
 ///
 /// # Errors
 /// As [`chain`], and parameters of the inverse that leave the range of numbers.
@@ -97,14 +109,15 @@ pub fn cascade(file: &ModelFile, sample_time_s: f64) -> Result<Cascade, Error> {
     let chain = chain(file, sample_time_s)?;
     let hysteresis = chain.model().hysteresis();
     let window = window_for(hysteresis);
-    if hysteresis.beta() > 0.0 && window > CASCADE_WINDOW {
+    let ahead = hysteresis.beta() > 0.0 && file.core_effects().next().is_none();
+    if ahead && window > CASCADE_WINDOW {
         return Err(Error::request(format!(
             "model \"{}\": the cascade would have to look {window} samples ahead and can {CASCADE_WINDOW}; \
              sample the reference more slowly or use another inverse",
             file.name
         )));
     }
-    let preview = (hysteresis.beta() > 0.0).then_some(PreviewSettings {
+    let preview = ahead.then_some(PreviewSettings {
         window,
         sweeps: SWEEPS,
         plant_rate: PlantRate::Midpoint,
@@ -176,12 +189,13 @@ pub fn displacement(
 /// The preview inverse of [`model`], its window as long as the model needs.
 ///
 /// # Errors
-/// As [`model`]; a model that needs more than [`WINDOW`] samples or has no preview inverse.
+/// As [`compensator`]; a model that needs more than [`WINDOW`] samples or has no preview inverse.
 pub fn preview_compensator(
     file: &ModelFile,
     sample_time_s: f64,
     plant_rate: PlantRate,
 ) -> Result<PreviewCompensator, Error> {
+    plain_core(file)?;
     let model = model(file, sample_time_s)?;
     let window = window_for(model.hysteresis());
     if window > WINDOW {
@@ -313,49 +327,4 @@ fn build(file: &ModelFile, sample_time_s: f64) -> Result<Model, ParameterError> 
     });
     let (gain, offset) = file.output();
     Model::new(operator, map.transpose()?, gain, offset)
-}
-
-/// The blocks of the core for the effects among `stages`.
-///
-/// # Errors
-/// Numbers that the core refuses, with the name of their stage.
-pub(crate) fn effects(
-    stages: &[Stage],
-    h: f64,
-) -> Result<Effects<f64>, (&'static str, ParameterError)> {
-    let mut effects = Effects::default();
-    let mut modes = effects.resonances.iter_mut();
-    for stage in stages {
-        let refused = |refused| (stage.name(), refused);
-        match stage {
-            Stage::AmplifierLag(lag) => {
-                effects.amplifier_lag = Some(Lag::new(lag.tau_s, h).map_err(refused)?);
-            }
-            Stage::TransportDelay(delay) => {
-                effects.transport_delay = Some(Delay::new(delay.delay_s, h).map_err(refused)?);
-            }
-            Stage::Quadratic(map) => {
-                effects.quadratic = Some(Quadratic::new(map.q).map_err(refused)?);
-            }
-            Stage::OutputQuadratic(map) => {
-                effects.output_quadratic = Some(Quadratic::new(map.q).map_err(refused)?);
-            }
-            Stage::Cubic(map) => effects.cubic = Some(Cubic::new(map.c).map_err(refused)?),
-            Stage::Resonance(mode) => {
-                let Some(slot) = modes.next() else {
-                    return Err(refused(ParameterError::TooLarge(Field::Modes)));
-                };
-                *slot = Some(Resonance::new(mode.f_n_hz, mode.zeta, h).map_err(refused)?);
-            }
-            Stage::Creep(creep) => {
-                let built = Creep::new(creep.gain_per_decade, creep.tau_min_s, creep.tau_max_s, h);
-                effects.creep = Some(built.map_err(refused)?);
-            }
-            Stage::Hysteresis(_)
-            | Stage::Asymmetry(_)
-            | Stage::Output(_)
-            | Stage::ModifiedPlay(_) => {}
-        }
-    }
-    Ok(effects)
 }

@@ -2,16 +2,27 @@
 //!
 //! Each effect is built once from its parameters and the sample time and steps a state of its own.
 //! An inverse that needs the future of its signal is fed ahead of time and answers for a sample
-//! that it took in some samples before; its `LATENCY` says how many.
+//! that it took in some samples before; its `LATENCY` says how many. What the clock alone drives, drift
+//! and hum, has no state but a value for each time; what loses something, limits and steps, no
+//! inverse.
 
 pub mod asymmetry;
+pub mod backlash;
+pub mod congruency;
 pub mod creep;
 pub mod cubic;
 pub mod delay;
 pub mod derivative;
+pub mod drift;
+pub mod interleaving;
 pub mod lag;
+pub mod mains_hum;
 pub mod quadratic;
+pub mod quantisation;
+pub mod rate_power;
 pub mod resonance;
+pub mod saturation;
+pub mod slew_limit;
 
 use crate::error::{Field, ParameterError};
 use crate::math::Real;
@@ -30,11 +41,15 @@ fn in_samples<T: Real>(time: T, sample_time: T, field: Field) -> Result<f64, Par
 }
 
 fn check_sample_time<T: Real>(sample_time: T) -> Result<(), ParameterError> {
-    if !sample_time.is_finite() {
-        return Err(ParameterError::NotFinite(Field::SampleTime, 0));
+    check_positive(sample_time, Field::SampleTime)
+}
+
+fn check_positive<T: Real>(value: T, field: Field) -> Result<(), ParameterError> {
+    if !value.is_finite() {
+        return Err(ParameterError::NotFinite(field, 0));
     }
-    if sample_time <= T::ZERO {
-        return Err(ParameterError::NotPositive(Field::SampleTime));
+    if value <= T::ZERO {
+        return Err(ParameterError::NotPositive(field));
     }
     Ok(())
 }

@@ -125,6 +125,14 @@ impl<T, const N: usize> State<T, N> {
     }
 }
 
+impl<T: Real, const N: usize> State<T, N> {
+    /// The input before.
+    #[inline(always)]
+    pub fn previous(&self) -> T {
+        self.previous
+    }
+}
+
 impl<T: Real, const N: usize> RateDependentPi<T, N> {
     /// State before the first input `first`: plays at zero, from where the first step takes them to
     /// the nearest admissible state; the rate at that step is zero.

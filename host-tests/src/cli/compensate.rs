@@ -97,15 +97,23 @@ fn drive(file: &ModelFile, arguments: &Arguments, reference: &Signal) -> Result<
             "--plant-rate is for the preview inverse; add --inverse preview or leave it out",
         ));
     }
-    if !matches!(arguments.inverse, Inverse::Cascade) {
-        let left: Vec<&str> = file.effects().map(Stage::name).collect();
-        if !left.is_empty() {
-            eprintln!(
-                "note: {} of model \"{}\" stays as it is; --inverse cascade undoes it",
-                left.join(", "),
-                file.name
-            );
-        }
+    let cascade = matches!(arguments.inverse, Inverse::Cascade);
+    let left = |inverted: bool| {
+        let stages = file.effects().filter(|stage| stage.inverted() == inverted);
+        let names: Vec<&str> = stages.map(Stage::name).collect();
+        (!names.is_empty()).then(|| names.join(", "))
+    };
+    if let Some(left) = left(true).filter(|_| !cascade) {
+        eprintln!(
+            "note: {left} of model \"{}\" stays as it is; --inverse cascade undoes it",
+            file.name
+        );
+    }
+    if let Some(left) = left(false) {
+        eprintln!(
+            "note: {left} of model \"{}\" stays as it is; no inverse undoes it",
+            file.name
+        );
     }
     match arguments.inverse {
         Inverse::Cascade => stage::drive_ahead(file, h, values),

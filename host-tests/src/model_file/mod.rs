@@ -14,9 +14,12 @@ use schemars::{JsonSchema, Schema};
 use serde::{Deserialize, Serialize};
 
 pub use builtin::{BUILTIN_NAMES, builtin, resolve};
-pub use effects::{AmplifierLag, Creep, Cubic, Quadratic, Resonance, TransportDelay};
+pub use effects::{
+    AmplifierLag, Backlash, Congruency, Creep, Cubic, Drift, Interleaving, MainsHum, Quadratic,
+    Quantisation, RateLaw, Resonance, Saturation, SensorLag, SlewLimit, TransportDelay,
+};
 pub use modified_play::{Harmonics, Law, ModifiedPlay};
-pub use parse::{load, parse};
+pub use parse::{ORDER, load, parse};
 
 /// The version of the format that this program writes, and the newest that it reads.
 pub const VERSION: u32 = 1;
@@ -35,9 +38,11 @@ pub struct ModelFile {
     pub name: String,
     /// Units of everything in the file.
     pub units: Units,
-    /// Stages in the order of the signal, drive to displacement: `amplifier-lag`, `transport-delay`,
-    /// `hysteresis`, `asymmetry`, `quadratic`, `cubic`, `resonance`, `creep`, `output-quadratic`,
-    /// `output`, all but the hysteresis where there are any; or `modified-play` alone.
+    /// Stages in the order of the signal, drive to displacement: `saturation`, `slew-limit`,
+    /// `amplifier-lag`, `transport-delay`, `hysteresis`, `rate-law`, `congruency`, `asymmetry`,
+    /// `quadratic`, `cubic`, `backlash`, `resonance`, `creep`, `output-quadratic`, `output`,
+    /// `interleaving`, `sensor-lag`, `drift`, `mains-hum`, `quantisation`, all but the hysteresis where
+    /// there are any; or `modified-play` alone.
     #[serde(rename = "stage")]
     #[schemars(length(min = 1))]
     pub stages: Vec<Stage>,
@@ -125,6 +130,26 @@ pub enum Stage {
     Creep(Creep),
     /// Even curvature behind the modes.
     OutputQuadratic(Quadratic),
+    /// The amplifier's limit.
+    Saturation(Saturation),
+    /// The limit of the amplifier's rate.
+    SlewLimit(SlewLimit),
+    /// Power law of the rate in the hysteresis.
+    RateLaw(RateLaw),
+    /// Plays that count for more where the output is large.
+    Congruency(Congruency),
+    /// A gap behind the hysteresis.
+    Backlash(Backlash),
+    /// Product of displacement and drive of the sample before.
+    Interleaving(Interleaving),
+    /// The sensor's lag.
+    SensorLag(SensorLag),
+    /// Drift of what is measured.
+    Drift(Drift),
+    /// Hum on what is measured.
+    MainsHum(MainsHum),
+    /// Steps of what is measured.
+    Quantisation(Quantisation),
 }
 
 /// Rate-dependent Prandtl-Ishlinskii operator: w = a_0 u + sum a_i z_i, where z_i is a play of u with
@@ -189,25 +214,16 @@ impl Stage {
             Self::Resonance(_) => "resonance",
             Self::Creep(_) => "creep",
             Self::OutputQuadratic(_) => "output-quadratic",
-        }
-    }
-
-    /// Keys and numbers of an effect; none for the other stages.
-    pub fn effect_numbers(&self) -> Vec<(&'static str, f64)> {
-        match self {
-            Self::AmplifierLag(lag) => vec![("tau_s", lag.tau_s)],
-            Self::TransportDelay(delay) => vec![("delay_s", delay.delay_s)],
-            Self::Quadratic(map) | Self::OutputQuadratic(map) => vec![("q", map.q)],
-            Self::Cubic(map) => vec![("c", map.c)],
-            Self::Resonance(mode) => vec![("f_n_hz", mode.f_n_hz), ("zeta", mode.zeta)],
-            Self::Creep(creep) => vec![
-                ("gain_per_decade", creep.gain_per_decade),
-                ("tau_min_s", creep.tau_min_s),
-                ("tau_max_s", creep.tau_max_s),
-            ],
-            Self::Hysteresis(_) | Self::Asymmetry(_) | Self::Output(_) | Self::ModifiedPlay(_) => {
-                Vec::new()
-            }
+            Self::Saturation(_) => "saturation",
+            Self::SlewLimit(_) => "slew-limit",
+            Self::RateLaw(_) => "rate-law",
+            Self::Congruency(_) => "congruency",
+            Self::Backlash(_) => "backlash",
+            Self::Interleaving(_) => "interleaving",
+            Self::SensorLag(_) => "sensor-lag",
+            Self::Drift(_) => "drift",
+            Self::MainsHum(_) => "mains-hum",
+            Self::Quantisation(_) => "quantisation",
         }
     }
 }
@@ -265,6 +281,14 @@ impl ModelFile {
         self.stages
             .iter()
             .filter(|stage| !stage.effect_numbers().is_empty())
+    }
+
+    /// The effects that change what the hysteresis itself does: without them its numbers mean something
+    /// else.
+    pub fn core_effects(&self) -> impl Iterator<Item = &Stage> {
+        self.stages
+            .iter()
+            .filter(|stage| matches!(stage, Stage::RateLaw(_) | Stage::Congruency(_)))
     }
 
     /// Gain in um/V and offset in um: 1 and 0 where there is no output stage.

@@ -11,18 +11,28 @@ use super::{Format, ModelFile, Stage, TwoSided, Units, VERSION};
 use crate::error::{Error, Place, quoted};
 use crate::toml_text::{Step, Steps, TomlText, read_text};
 
-/// Stage names in the order in which they may stand.
-const ORDER: [&str; 10] = [
+/// Stage names in the order in which they stand; `modified-play` stands alone.
+pub const ORDER: [&str; 20] = [
+    "saturation",
+    "slew-limit",
     "amplifier-lag",
     "transport-delay",
     "hysteresis",
+    "rate-law",
+    "congruency",
     "asymmetry",
     "quadratic",
     "cubic",
+    "backlash",
     "resonance",
     "creep",
     "output-quadratic",
     "output",
+    "interleaving",
+    "sensor-lag",
+    "drift",
+    "mains-hum",
+    "quantisation",
 ];
 /// The name of the stage that stands alone.
 const ALONE: &str = "modified-play";
@@ -150,16 +160,26 @@ fn read_stage<'a>(stage: Spanned<DeValue<'a>>, toml: &TomlText<'a>) -> Result<St
     let place = toml.at(name.span().start);
     let body = Spanned::new(span, DeValue::Table(table));
     match name.get_ref().as_str() {
-        Some("hysteresis") => toml.typed(body).map(Stage::Hysteresis),
-        Some("asymmetry") => toml.typed(body).map(Stage::Asymmetry),
-        Some("output") => toml.typed(body).map(Stage::Output),
+        Some("saturation") => toml.typed(body).map(Stage::Saturation),
+        Some("slew-limit") => toml.typed(body).map(Stage::SlewLimit),
         Some("amplifier-lag") => toml.typed(body).map(Stage::AmplifierLag),
         Some("transport-delay") => toml.typed(body).map(Stage::TransportDelay),
+        Some("hysteresis") => toml.typed(body).map(Stage::Hysteresis),
+        Some("rate-law") => toml.typed(body).map(Stage::RateLaw),
+        Some("congruency") => toml.typed(body).map(Stage::Congruency),
+        Some("asymmetry") => toml.typed(body).map(Stage::Asymmetry),
         Some("quadratic") => toml.typed(body).map(Stage::Quadratic),
         Some("cubic") => toml.typed(body).map(Stage::Cubic),
+        Some("backlash") => toml.typed(body).map(Stage::Backlash),
         Some("resonance") => toml.typed(body).map(Stage::Resonance),
         Some("creep") => toml.typed(body).map(Stage::Creep),
         Some("output-quadratic") => toml.typed(body).map(Stage::OutputQuadratic),
+        Some("output") => toml.typed(body).map(Stage::Output),
+        Some("interleaving") => toml.typed(body).map(Stage::Interleaving),
+        Some("sensor-lag") => toml.typed(body).map(Stage::SensorLag),
+        Some("drift") => toml.typed(body).map(Stage::Drift),
+        Some("mains-hum") => toml.typed(body).map(Stage::MainsHum),
+        Some("quantisation") => toml.typed(body).map(Stage::Quantisation),
         Some(ALONE) => toml.typed(body).map(Stage::ModifiedPlay),
         Some(other) => Err(place.error(format!(
             "there is no stage {}; the stages are {known}",

@@ -1,6 +1,7 @@
 //! Host side of hysteron: data sets, identification, simulated stages, reports.
 
 pub mod dataset;
+pub mod discover;
 pub mod error;
 pub mod experiment;
 pub mod identify;

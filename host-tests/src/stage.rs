@@ -8,7 +8,7 @@ use hysteron::hysteresis::Parameters;
 use hysteron::hysteresis::preview::{PlantRate, PreviewSettings, window_for};
 
 use crate::error::Error;
-use crate::model_file::{ModelFile, TwoSided};
+use crate::model_file::{self, ModelFile, TwoSided};
 use crate::modified_play;
 
 pub(crate) use effects::effects;
@@ -318,13 +318,18 @@ fn build(file: &ModelFile, sample_time_s: f64) -> Result<Model, ParameterError> 
         beta: hysteresis.beta_s,
     }
     .build(sample_time_s)?;
-    let map = file.asymmetry().map(|map| {
-        let side = |of: fn(&TwoSided) -> &Vec<f64>| Side {
-            slopes: of(&map.slopes),
-            thresholds: of(&map.thresholds),
-        };
-        Asymmetry::new(side(|s| &s.positive), side(|s| &s.negative))
-    });
+    let map = file.asymmetry().map(asymmetry);
     let (gain, offset) = file.output();
     Model::new(operator, map.transpose()?, gain, offset)
+}
+
+/// The map of a file's stage.
+pub(crate) fn asymmetry(
+    map: &model_file::Asymmetry,
+) -> Result<Asymmetry<f64, CORNERS>, ParameterError> {
+    let side = |of: fn(&TwoSided) -> &Vec<f64>| Side {
+        slopes: of(&map.slopes),
+        thresholds: of(&map.thresholds),
+    };
+    Asymmetry::new(side(|s| &s.positive), side(|s| &s.negative))
 }

@@ -125,7 +125,11 @@ fn worth_keeping(joint: &Joint) -> Vec<f64> {
 /// could be held back, that of the fit.
 pub fn judged(fit: &JointFit<'_>, joint: &Joint) -> Result<f64, Error> {
     let select = fit.rms(&joint.core, &joint.terms, Role::Select)?;
-    Ok(if select.is_finite() { select } else { joint.rms })
+    Ok(if select.is_finite() {
+        select
+    } else {
+        joint.rms
+    })
 }
 
 /// Gives every run the history from the menu under which the model explains it best.

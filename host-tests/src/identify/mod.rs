@@ -12,23 +12,23 @@
 //!
 //! The records with the role `report` are scored once, at the end.
 
+pub mod catalogue;
 mod cycles;
-mod effects;
 mod fit;
-mod joint;
+pub mod joint;
 mod map;
-mod noise;
+pub mod noise;
 mod outcome;
 mod page;
 mod plays;
 mod reduce;
-mod run;
-mod score;
+pub mod run;
+pub mod score;
 mod search;
 mod spectrum;
-mod start;
+pub mod start;
 
-pub use effects::Effect;
+pub use catalogue::Effect;
 pub use fit::Thresholds;
 pub use noise::Source;
 pub use outcome::{Identification, RecordFigures, Rms};

@@ -28,6 +28,8 @@ pub struct Span {
 /// Samples without a gap: a record, and the records that continue it.
 #[derive(Clone, Debug)]
 pub struct Run {
+    /// Absolute time of the first sample in seconds.
+    pub start_s: f64,
     /// Time between samples in seconds.
     pub sample_time_s: f64,
     /// Drive in volts.
@@ -123,6 +125,7 @@ impl Runs {
                     let left_out = first_cycle(&turns);
                     let one_loop = left_out == 0 && turns.len() >= 2 && is_closed(drive);
                     runs.push(Run {
+                        start_s: record.start_s,
                         sample_time_s: record.sample_time_s,
                         drive: Vec::new(),
                         displacement: Vec::new(),

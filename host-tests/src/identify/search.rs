@@ -9,10 +9,10 @@ use crate::error::Error;
 use crate::metrics::hysteresis_percent;
 use crate::model_file::ModelFile;
 
+use super::catalogue::Effect;
 use super::cycles::{range, turning_points};
-use super::effects::Effect;
 use super::fit::{Fit, Fitted, Thresholds};
-use super::joint::JointFit;
+use super::joint::{Between, JointFit, Terms};
 use super::map::Map;
 use super::noise;
 use super::outcome::{Findings, Identification, model_file};
@@ -24,6 +24,8 @@ use super::score::{choose_starts, predict, score};
 const PLAYS: [usize; 13] = [1, 2, 3, 4, 5, 6, 8, 10, 12, 14, 16, 20, 24];
 /// Plays that effects are fitted beside: enough that what is left over is not the hysteresis.
 const PLAYS_WITH_EFFECTS: usize = 12;
+/// Starts of an effect that are followed to their end.
+const FOLLOWED: usize = 2;
 /// Rows used while searching, and for the final fit.
 const ROWS: Range<usize> = 4_000..200_000;
 /// By how much a richer structure must lower the score on the records for selection.
@@ -192,21 +194,35 @@ fn with_effects(
     let beta_visible = runs.frequency_span >= DECADE;
     progress("hysteresis and effects together");
     runs.give_back();
-    let fit = JointFit::new(&runs, with_beta);
-    let joint = fit.fit(
-        options.plays.unwrap_or(PLAYS_WITH_EFFECTS),
-        &options.effects,
-    )?;
+    let fit = JointFit::new(&runs, Between::Lines);
+    let thresholds = fit.even_thresholds(options.plays.unwrap_or(PLAYS_WITH_EFFECTS));
+    let mut effects = options.effects.clone();
+    effects.sort();
+    let mut joint = fit.weights(thresholds, Terms::none())?;
+    let with_rate = with_beta.then_some(Effect::RateDependence);
+    // A mode is looked for where nothing else can take its place; then all is fitted together.
+    for effect in effects.into_iter().rev().chain(with_rate) {
+        progress(effect.name());
+        joint = fit.add(&joint, effect, FOLLOWED)?.ok_or_else(|| {
+            Error::request(format!(
+                "the effect {} cannot be fitted to these records",
+                effect.name()
+            ))
+        })?;
+    }
     let fitted = Fitted {
-        plays: joint.plays,
-        weights: joint.weights,
+        plays: Plays {
+            thresholds: joint.core.thresholds,
+            beta: joint.core.beta,
+        },
+        weights: joint.core.weights,
         map: None,
         rms: joint.rms,
     };
     let fitted = fitted.pruned();
     let gain = fitted.weights.iter().sum();
     let findings = Findings {
-        effects: joint.terms.stages(fit.scale(), gain),
+        effects: joint.terms.stages(fit.seen(), gain),
         fitted,
         thresholds: Thresholds::Fixed,
         beta_visible,

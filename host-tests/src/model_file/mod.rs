@@ -200,6 +200,12 @@ pub struct Output {
 }
 
 impl Stage {
+    /// Where the stage stands in the order of the signal.
+    pub fn place(&self) -> usize {
+        let rank = parse::ORDER.iter().position(|name| *name == self.name());
+        rank.unwrap_or_default()
+    }
+
     /// The stage's name in the file.
     pub fn name(&self) -> &'static str {
         match self {

@@ -200,14 +200,13 @@ fn check_order(stages: &[Stage], toml: &TomlText<'_>) -> Result<(), Error> {
         let problem = format!("stage {ALONE} is a whole model; leave the other stages out");
         return Err(place(index).error(problem));
     }
-    let rank = |stage: &Stage| ORDER.iter().position(|name| *name == stage.name());
     for (index, pair) in stages.windows(2).enumerate() {
         let (before, after) = (pair[0].name(), pair[1].name());
         if before == after && after != "resonance" {
             let problem = format!("a second stage {after}; keep one");
             return Err(place(index + 1).error(problem));
         }
-        if rank(&pair[0]) > rank(&pair[1]) {
+        if pair[0].place() > pair[1].place() {
             return Err(place(index + 1).error(format!(
                 "stage {after} stands after {before}; the order is {}",
                 ORDER.join(", ")

@@ -15,13 +15,19 @@ impl Template for Creep {
 
     fn starts(&self, seen: &Seen) -> Vec<Vec<f64>> {
         let longest = seen.duration_s;
-        [(0.0, 10.0), (1.0, 40.0), (2.0, 300.0), (3.0, 3e3), (4.0, 3e4)]
-            .iter()
-            .map(|&(decades, shorter)| {
-                let shortest = (longest / shorter).max(5.0 * seen.sample_time_s);
-                vec![0.02, shortest.ln(), decades]
-            })
-            .collect()
+        [
+            (0.0, 10.0),
+            (1.0, 40.0),
+            (2.0, 300.0),
+            (3.0, 3e3),
+            (4.0, 3e4),
+        ]
+        .iter()
+        .map(|&(decades, shorter)| {
+            let shortest = (longest / shorter).max(5.0 * seen.sample_time_s);
+            vec![0.02, shortest.ln(), decades]
+        })
+        .collect()
     }
 
     fn bounds(&self, seen: &Seen, numbers: &[f64]) -> Vec<(f64, f64)> {
@@ -33,8 +39,10 @@ impl Template for Creep {
         ]
     }
 
-    fn stage(&self, numbers: &[f64], seen: &Seen, gain: f64) -> Option<Stage> {
-        let &[gain_per_decade, shortest, decades] = numbers else { return None };
+    fn stage(&self, numbers: &[f64], _seen: &Seen, _gain: f64) -> Option<Stage> {
+        let &[gain_per_decade, shortest, decades] = numbers else {
+            return None;
+        };
         Some(Stage::Creep(model_file::Creep {
             gain_per_decade,
             tau_min_s: shortest.exp(),

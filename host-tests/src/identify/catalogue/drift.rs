@@ -20,13 +20,15 @@ impl Template for Drift {
             .collect()
     }
 
-    fn bounds(&self, seen: &Seen, numbers: &[f64]) -> Vec<(f64, f64)> {
+    fn bounds(&self, seen: &Seen, _numbers: &[f64]) -> Vec<(f64, f64)> {
         let span = seen.time_s.1 - seen.time_s.0;
         vec![(-30.0, 30.0), ((0.01 * span).ln(), (30.0 * span).ln())]
     }
 
-    fn stage(&self, numbers: &[f64], seen: &Seen, gain: f64) -> Option<Stage> {
-        let &[amplitude, tau] = numbers else { return None };
+    fn stage(&self, numbers: &[f64], seen: &Seen, _gain: f64) -> Option<Stage> {
+        let &[amplitude, tau] = numbers else {
+            return None;
+        };
         Some(Stage::Drift(model_file::Drift {
             amplitude: amplitude * seen.displacement_um,
             tau_s: tau.exp(),

@@ -13,7 +13,7 @@ impl Template for MainsHum {
         "mains-hum"
     }
 
-    fn starts(&self, seen: &Seen) -> Vec<Vec<f64>> {
+    fn starts(&self, _seen: &Seen) -> Vec<Vec<f64>> {
         [50.0, 60.0]
             .iter()
             .map(|&line| vec![0.0, 0.0, 0.0, 0.0, 0.0, line])
@@ -27,7 +27,7 @@ impl Template for MainsHum {
         vec![size, size, size, size, (-off, off), (line, line)]
     }
 
-    fn stage(&self, numbers: &[f64], seen: &Seen, gain: f64) -> Option<Stage> {
+    fn stage(&self, numbers: &[f64], seen: &Seen, _gain: f64) -> Option<Stage> {
         let &[cosine, sine, third_cosine, third_sine, off, line] = numbers else {
             return None;
         };

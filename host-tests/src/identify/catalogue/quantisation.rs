@@ -1,6 +1,6 @@
 //! Quantisation: the step, read off the readings; no fit moves it.
 
-use crate::model_file::{self, Stage};
+use crate::model_file::Stage;
 
 use super::{Seen, Template};
 
@@ -12,15 +12,15 @@ impl Template for Quantisation {
         "quantisation"
     }
 
-    fn starts(&self, seen: &Seen) -> Vec<Vec<f64>> {
+    fn starts(&self, _seen: &Seen) -> Vec<Vec<f64>> {
         vec![]
     }
 
-    fn bounds(&self, seen: &Seen, numbers: &[f64]) -> Vec<(f64, f64)> {
+    fn bounds(&self, _seen: &Seen, _numbers: &[f64]) -> Vec<(f64, f64)> {
         vec![]
     }
 
-    fn stage(&self, numbers: &[f64], seen: &Seen, gain: f64) -> Option<Stage> {
+    fn stage(&self, _numbers: &[f64], _seen: &Seen, _gain: f64) -> Option<Stage> {
         None
     }
 

@@ -12,19 +12,20 @@ impl Template for RateDependence {
         "rate-dependence"
     }
 
-    fn starts(&self, seen: &Seen) -> Vec<Vec<f64>> {
+    fn starts(&self, _seen: &Seen) -> Vec<Vec<f64>> {
         vec![vec![0.1]]
     }
 
-    fn bounds(&self, seen: &Seen, numbers: &[f64]) -> Vec<(f64, f64)> {
+    fn bounds(&self, _seen: &Seen, _numbers: &[f64]) -> Vec<(f64, f64)> {
         vec![(0.0, 20.0)]
     }
 
-    fn stage(&self, numbers: &[f64], seen: &Seen, gain: f64) -> Option<Stage> {
+    fn stage(&self, _numbers: &[f64], _seen: &Seen, _gain: f64) -> Option<Stage> {
         None
     }
 
     fn hidden(&self, seen: &Seen) -> Option<&'static str> {
-        (seen.frequency_span < DECADE).then_some("the records span less than a decade of frequencies")
+        (seen.frequency_span < DECADE)
+            .then_some("the records span less than a decade of frequencies")
     }
 }

@@ -12,22 +12,21 @@ impl Template for RateLaw {
         "rate-law"
     }
 
-    fn starts(&self, seen: &Seen) -> Vec<Vec<f64>> {
+    fn starts(&self, _seen: &Seen) -> Vec<Vec<f64>> {
         vec![vec![-0.3], vec![0.3]]
     }
 
-    fn bounds(&self, seen: &Seen, numbers: &[f64]) -> Vec<(f64, f64)> {
+    fn bounds(&self, _seen: &Seen, _numbers: &[f64]) -> Vec<(f64, f64)> {
         vec![(-0.8, 2.0)]
     }
 
-    fn stage(&self, numbers: &[f64], seen: &Seen, gain: f64) -> Option<Stage> {
+    fn stage(&self, numbers: &[f64], _seen: &Seen, _gain: f64) -> Option<Stage> {
         let &[x] = numbers else { return None };
-        Some(Stage::RateLaw(model_file::RateLaw {
-            exponent: 1.0 + x,
-        }))
+        Some(Stage::RateLaw(model_file::RateLaw { exponent: 1.0 + x }))
     }
 
     fn hidden(&self, seen: &Seen) -> Option<&'static str> {
-        (seen.frequency_span < DECADE).then_some("the records span less than a decade of frequencies")
+        (seen.frequency_span < DECADE)
+            .then_some("the records span less than a decade of frequencies")
     }
 }

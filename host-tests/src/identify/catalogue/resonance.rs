@@ -19,15 +19,20 @@ impl Template for Resonance {
             .collect()
     }
 
-    fn bounds(&self, seen: &Seen, numbers: &[f64]) -> Vec<(f64, f64)> {
+    fn bounds(&self, seen: &Seen, _numbers: &[f64]) -> Vec<(f64, f64)> {
         vec![
-            ((0.5 / seen.duration_s).ln(), (0.45 / seen.sample_time_s).ln()),
+            (
+                (0.5 / seen.duration_s).ln(),
+                (0.45 / seen.sample_time_s).ln(),
+            ),
             (1e-3f64.ln(), 0.9f64.ln()),
         ]
     }
 
-    fn stage(&self, numbers: &[f64], seen: &Seen, gain: f64) -> Option<Stage> {
-        let &[frequency, damping] = numbers else { return None };
+    fn stage(&self, numbers: &[f64], _seen: &Seen, _gain: f64) -> Option<Stage> {
+        let &[frequency, damping] = numbers else {
+            return None;
+        };
         Some(Stage::Resonance(model_file::Resonance {
             f_n_hz: frequency.exp(),
             zeta: damping.exp(),

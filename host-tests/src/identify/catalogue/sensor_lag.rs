@@ -18,12 +18,12 @@ impl Template for SensorLag {
             .collect()
     }
 
-    fn bounds(&self, seen: &Seen, numbers: &[f64]) -> Vec<(f64, f64)> {
+    fn bounds(&self, seen: &Seen, _numbers: &[f64]) -> Vec<(f64, f64)> {
         let longest = 0.2 * seen.duration_s / seen.sample_time_s;
         vec![(0.03f64.ln(), longest.max(1.0).ln())]
     }
 
-    fn stage(&self, numbers: &[f64], seen: &Seen, gain: f64) -> Option<Stage> {
+    fn stage(&self, numbers: &[f64], seen: &Seen, _gain: f64) -> Option<Stage> {
         let &[x] = numbers else { return None };
         Some(Stage::SensorLag(model_file::SensorLag {
             tau_s: x.exp() * seen.sample_time_s,

@@ -12,18 +12,18 @@ impl Template for SlewLimit {
         "slew-limit"
     }
 
-    fn starts(&self, seen: &Seen) -> Vec<Vec<f64>> {
+    fn starts(&self, _seen: &Seen) -> Vec<Vec<f64>> {
         [0.8, 0.4, 0.15, 0.05, 0.015]
             .iter()
             .map(|share: &f64| vec![share.ln()])
             .collect()
     }
 
-    fn bounds(&self, seen: &Seen, numbers: &[f64]) -> Vec<(f64, f64)> {
+    fn bounds(&self, _seen: &Seen, _numbers: &[f64]) -> Vec<(f64, f64)> {
         vec![(1e-4f64.ln(), 0.0)]
     }
 
-    fn stage(&self, numbers: &[f64], seen: &Seen, gain: f64) -> Option<Stage> {
+    fn stage(&self, numbers: &[f64], seen: &Seen, _gain: f64) -> Option<Stage> {
         let &[x] = numbers else { return None };
         Some(Stage::SlewLimit(model_file::SlewLimit {
             slew_v_per_s: x.exp() * seen.rate_v_per_s,

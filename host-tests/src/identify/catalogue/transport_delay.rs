@@ -12,15 +12,15 @@ impl Template for TransportDelay {
         "transport-delay"
     }
 
-    fn starts(&self, seen: &Seen) -> Vec<Vec<f64>> {
+    fn starts(&self, _seen: &Seen) -> Vec<Vec<f64>> {
         vec![vec![1.0], vec![4.0], vec![12.0]]
     }
 
-    fn bounds(&self, seen: &Seen, numbers: &[f64]) -> Vec<(f64, f64)> {
+    fn bounds(&self, _seen: &Seen, _numbers: &[f64]) -> Vec<(f64, f64)> {
         vec![(0.0, 25.0)]
     }
 
-    fn stage(&self, numbers: &[f64], seen: &Seen, gain: f64) -> Option<Stage> {
+    fn stage(&self, numbers: &[f64], seen: &Seen, _gain: f64) -> Option<Stage> {
         let &[x] = numbers else { return None };
         Some(Stage::TransportDelay(model_file::TransportDelay {
             delay_s: x * seen.sample_time_s,

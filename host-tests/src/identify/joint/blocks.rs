@@ -24,7 +24,7 @@ impl Blocks {
         let refused = |stage: &str, refused: hysteron::error::ParameterError| {
             Error::request(format!("an effect of the fit: {stage}.{refused}"))
         };
-        let effects = stage::effects(stages, 1.0, sample_time_s)
+        let effects = stage::effects(stages, sample_time_s)
             .map_err(|(stage, error)| refused(stage, error))?;
         let map = stages.iter().find_map(|stage| match stage {
             Stage::Asymmetry(map) => Some(map),
@@ -34,9 +34,6 @@ impl Blocks {
             .map(stage::asymmetry)
             .transpose()
             .map_err(|error| refused("asymmetry", error))?;
-        Ok(Self {
-            effects,
-            asymmetry,
-        })
+        Ok(Self { effects, asymmetry })
     }
 }

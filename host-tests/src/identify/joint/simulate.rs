@@ -240,10 +240,14 @@ pub fn behind(
     }
     let time = |k: usize| frame.run.start_s + k as f64 * frame.run.sample_time_s;
     if let Some(drift) = &effects.drift {
-        w.iter_mut().enumerate().for_each(|(k, y)| *y += drift.at(time(k)));
+        w.iter_mut()
+            .enumerate()
+            .for_each(|(k, y)| *y += drift.at(time(k)));
     }
     if let Some(hum) = &effects.mains_hum {
-        w.iter_mut().enumerate().for_each(|(k, y)| *y += hum.at(time(k)));
+        w.iter_mut()
+            .enumerate()
+            .for_each(|(k, y)| *y += hum.at(time(k)));
     }
     w
 }

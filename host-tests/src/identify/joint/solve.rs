@@ -63,7 +63,8 @@ impl Normal {
         let first = 1 + self.free;
         let weights = columns - 1 - first;
         let target = columns - 1;
-        let mut square = DMatrix::from_fn(weights, weights, |i, j| self.gram[(first + i, first + j)]);
+        let mut square =
+            DMatrix::from_fn(weights, weights, |i, j| self.gram[(first + i, first + j)]);
         let mut right = DVector::from_fn(weights, |i, _| {
             self.gram[(first + i, target)] - floor * self.gram[(first + i, first)]
         });

@@ -39,7 +39,7 @@ impl Scale {
     }
 
     /// The value in the file's unit of a value in the internal one.
-    fn undo(self, value: f64) -> f64 {
+    pub(crate) fn undo(self, value: f64) -> f64 {
         match self {
             Self::Times(factor) => value / factor,
             Self::Over(divisor) => value * divisor,

@@ -2,6 +2,7 @@
 
 mod compensate;
 mod experiment;
+mod hide;
 mod identify;
 mod link;
 mod pil;
@@ -34,6 +35,7 @@ Examples:
   hysteron experiment j --out out/j
   hysteron experiment m --out out/m
   hysteron link --port /dev/ttyUSB0 record --out measured --excitation sine --amplitude 5
+  hysteron hide --effect random --seed 3 --out out/hidden
   hysteron pil --out out/pil
 
 Exit codes: 0 done, 2 bad input or a file that cannot be read or written, 130 interrupted.";
@@ -50,6 +52,8 @@ enum Command {
     Experiment(experiment::Arguments),
     /// Talk to the firmware over a serial device or a socket.
     Link(link::Arguments),
+    /// Hide an effect in simulated data, for a diagnosis to find.
+    Hide(hide::Arguments),
     /// Run the firmware in an emulator: pil.json and a page.
     Pil(pil::Arguments),
 }
@@ -65,6 +69,7 @@ pub fn run() -> Result<(), Error> {
         Some(Command::Compensate(arguments)) => compensate::run(&arguments),
         Some(Command::Experiment(arguments)) => experiment::run(&arguments),
         Some(Command::Link(arguments)) => link::run(&arguments),
+        Some(Command::Hide(arguments)) => hide::run(&arguments),
         Some(Command::Pil(arguments)) => pil::run(&arguments),
     }
 }

@@ -7,6 +7,7 @@ mod description;
 mod folder;
 mod lone;
 mod record;
+mod save;
 mod write;
 
 use std::path::Path;
@@ -15,6 +16,7 @@ use serde::{Deserialize, Serialize};
 
 pub use crate::units::LengthUnit;
 pub use description::{schema, schema_text};
+pub(crate) use save::{Columns, add_files};
 pub use write::{NewRecord, add_record};
 
 use crate::error::{Error, Place};

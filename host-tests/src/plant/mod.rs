@@ -42,6 +42,7 @@ mod amplifier;
 pub mod bimorph;
 mod dac;
 mod error;
+pub mod hidden;
 mod hysteresis;
 mod memory;
 mod presets;

@@ -30,7 +30,8 @@ use super::amplifier::Amplifier;
 use super::dac::Dac;
 use super::error::{StageError, require, require_drive};
 use super::sensor::Sensor;
-use mode::{Bend, Vibration};
+use mode::Bend;
+pub(in crate::plant) use mode::Vibration;
 
 pub use mode::{Asymmetry, Mode};
 pub use relays::{RelayDensity, Relays};
@@ -81,6 +82,7 @@ impl Bimorph {
             relays: RelayDensity {
                 density_um_per_v2: 0.0869,
                 widening_per_v: 0.08,
+                tilt_per_v: 0.0,
                 reach_v: 12.5,
             },
             mode: Mode {

@@ -37,7 +37,7 @@ impl Mode {
 
 /// The mode in steps, exact for an input that is linear over a step.
 #[derive(Debug, Clone)]
-pub(super) struct Vibration {
+pub(in crate::plant) struct Vibration {
     /// What one step makes of (x, x' / w, input, slope of the input times the step).
     step: Matrix4<f64>,
     /// (x, x' / w), um.
@@ -47,7 +47,7 @@ pub(super) struct Vibration {
 
 impl Vibration {
     /// The mode at rest at 0 um.
-    pub(super) fn new(mode: Mode, step_s: f64) -> Self {
+    pub(in crate::plant) fn new(mode: Mode, step_s: f64) -> Self {
         let turn = std::f64::consts::TAU * mode.frequency_hz * step_s;
         let damp = 2.0 * mode.damping * turn;
         #[rustfmt::skip]
@@ -65,7 +65,7 @@ impl Vibration {
     }
 
     /// Advances one step while the input goes in a straight line to `input_um`; returns x, um.
-    pub(super) fn advance(&mut self, input_um: f64) -> f64 {
+    pub(in crate::plant) fn advance(&mut self, input_um: f64) -> f64 {
         let (from, slope) = (self.input_um, input_um - self.input_um);
         self.state = self.step.fixed_view::<2, 2>(0, 0) * self.state
             + self.step.fixed_view::<2, 2>(0, 2) * Vector2::new(from, slope);

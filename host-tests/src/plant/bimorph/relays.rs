@@ -9,7 +9,7 @@
 use crate::plant::error::{StageError, require};
 
 /// Density of relays over their thresholds,
-/// `density (1 + widening r) (1 - (m / reach)^2)` with half width `r = (alpha - beta) / 2` and
+/// `density (1 + widening r) (1 + tilt m - (m / reach)^2)` with half width `r = (alpha - beta) / 2` and
 /// middle `m = (alpha + beta) / 2`, um/V^2.
 ///
 /// Because it depends on where a relay lies and not only on how wide it is, no weighted sum of plays
@@ -20,7 +20,9 @@ pub struct RelayDensity {
     pub density_um_per_v2: f64,
     /// Relative growth of the density with the half width, 1/V.
     pub widening_per_v: f64,
-    /// Distance from 0 V at which no relay is left, V; the drive stays within it.
+    /// Relative growth of the density with the middle, 1/V: loops are larger on one side.
+    pub tilt_per_v: f64,
+    /// Distance from 0 V at which no relay is left without a tilt, V; the drive stays within it.
     pub reach_v: f64,
 }
 
@@ -43,6 +45,12 @@ impl RelayDensity {
             "must be 0 to 1e6 1/V",
         )?;
         require(
+            self.tilt_per_v.abs() <= 1e6,
+            "relays.tilt_per_v",
+            self.tilt_per_v,
+            "must be within +-1e6 1/V",
+        )?;
+        require(
             self.reach_v > 0.0 && self.reach_v <= 1e6,
             "relays.reach_v",
             self.reach_v,
@@ -54,7 +62,9 @@ impl RelayDensity {
     pub fn at(&self, alpha_v: f64, beta_v: f64) -> f64 {
         let (half, middle) = (0.5 * (alpha_v - beta_v), 0.5 * (alpha_v + beta_v));
         let place = middle / self.reach_v;
-        self.density_um_per_v2 * (1.0 + self.widening_per_v * half) * (1.0 - place * place).max(0.0)
+        self.density_um_per_v2
+            * (1.0 + self.widening_per_v * half)
+            * (1.0 + self.tilt_per_v * middle - place * place).max(0.0)
     }
 
     /// Everett function: what the relays with `low <= beta <= alpha <= high` carry, um.
@@ -67,7 +77,7 @@ impl RelayDensity {
         4.0 * self.density_um_per_v2
             * half
             * half
-            * ((1.0 - place * place) * (0.5 + grown / 6.0)
+            * ((1.0 + self.tilt_per_v * middle - place * place) * (0.5 + grown / 6.0)
                 - size * size / 3.0 * (0.25 + grown / 20.0))
     }
 }

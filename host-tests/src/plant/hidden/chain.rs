@@ -1,0 +1,231 @@
+//! A hidden stage that can be run.
+
+use super::Tier;
+use super::core::RateTerm;
+use super::effect::Effect;
+use super::law::Law;
+use super::parts;
+use super::setup::{Baseline, Setup};
+
+/// Fine steps a sample of tiers 2 and 3, and least of tier 4.
+const FINER: usize = 8;
+/// Runge-Kutta steps a period of a mode.
+const STEPS_A_PERIOD: f64 = 40.0;
+/// Most fine steps a sample.
+const MOST_STEPS: f64 = 500.0;
+/// Time constant with which the contact of a compliant gap yields, as a share of a top period.
+const CONTACT: f64 = 0.02;
+
+/// A stage with its effects.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HiddenPlant {
+    /// How it is computed.
+    pub tier: Tier,
+    /// Ranges, gain and offset.
+    pub setup: Setup,
+    /// Its hysteresis.
+    pub baseline: Baseline,
+    /// Its effects, each once.
+    pub laws: Vec<Law>,
+}
+
+impl HiddenPlant {
+    /// Displacement in um without noise for a drive in V, from rest at its first sample, which the
+    /// stage was brought to slowly from the virgin state; the first sample is at time 0.
+    pub fn run(&self, drive_v: &[f64], sample_time_s: f64) -> Vec<f64> {
+        let mut displacement = self.displacement(&[], drive_v, sample_time_s, 0.0);
+        self.quantise(&mut displacement);
+        displacement
+    }
+
+    /// The same stage without its effects.
+    pub fn without_effects(&self) -> Self {
+        Self {
+            laws: Vec::new(),
+            ..self.clone()
+        }
+    }
+
+    fn law<T>(&self, effect: Effect, found: impl Fn(&Law) -> Option<T>) -> Option<T> {
+        let law = self.laws.iter().find(|law| law.effect() == effect)?;
+        found(law)
+    }
+
+    /// Displacement before noise and rounding, um, behind a history of slow moves, V.
+    pub(super) fn displacement(
+        &self,
+        history_v: &[f64],
+        drive_v: &[f64],
+        sample_time_s: f64,
+        start_s: f64,
+    ) -> Vec<f64> {
+        let steps = self.steps(sample_time_s);
+        let step_s = sample_time_s / steps as f64;
+        let command = parts::refine(drive_v, steps);
+        let mut before = history_v.to_vec();
+        let drive = self.at_the_actuator(&mut before, command.clone(), step_s);
+
+        let (mut before, mut signal) =
+            self.baseline
+                .core
+                .run(&before, &drive, step_s, &self.rate_term(), self.kappa());
+        self.bend(&mut before);
+        self.bend(&mut signal);
+        for law in &self.laws {
+            if let Law::Backlash { width } = *law {
+                if self.tier == Tier::Other {
+                    let contact_s = CONTACT / self.setup.top_hz;
+                    parts::soft_backlash(&before, &mut signal, 0.5 * width, contact_s, step_s);
+                } else {
+                    parts::backlash(&before, &mut signal, 0.5 * width);
+                }
+            }
+        }
+        let gain = self.setup.gain_um_per_v();
+        signal.iter_mut().for_each(|w| *w *= gain);
+        self.behind_the_gain(&mut signal, &command, steps, step_s);
+
+        let at = |k: usize| start_s + k as f64 * sample_time_s;
+        let added = |k: usize| -> f64 {
+            let other = self.tier == Tier::Other;
+            self.laws.iter().map(|law| law.added_um(at(k), other)).sum()
+        };
+        signal
+            .iter()
+            .step_by(steps)
+            .enumerate()
+            .map(|(k, y)| y + self.setup.offset_um + added(k))
+            .collect()
+    }
+
+    /// Rounds to the sensor's step, where it has one.
+    pub(super) fn quantise(&self, displacement_um: &mut [f64]) {
+        for law in &self.laws {
+            if let Law::Quantisation { step } = *law
+                && step > 0.0
+            {
+                displacement_um
+                    .iter_mut()
+                    .for_each(|y| *y = (*y / step).round() * step);
+            }
+        }
+    }
+
+    fn steps(&self, sample_time_s: f64) -> usize {
+        match self.tier {
+            Tier::Same => 1,
+            Tier::Finer | Tier::Irregular => FINER,
+            Tier::Other => {
+                let mode = self.law(Effect::Resonance, |law| match *law {
+                    Law::Resonance { f_n_hz, .. } => Some(f_n_hz),
+                    _ => None,
+                });
+                let needed = STEPS_A_PERIOD * mode.unwrap_or_default() * sample_time_s;
+                (needed.min(MOST_STEPS).ceil() as usize).max(FINER)
+            }
+        }
+    }
+
+    /// Saturation, slew limit, lag and delay.
+    fn at_the_actuator(&self, before: &mut [f64], mut drive: Vec<f64>, step_s: f64) -> Vec<f64> {
+        for law in &self.laws {
+            match *law {
+                Law::Saturation { limit_v } => {
+                    let clip = |u: &mut f64| *u = u.clamp(-limit_v, limit_v);
+                    before.iter_mut().for_each(clip);
+                    drive.iter_mut().for_each(clip);
+                }
+                Law::SlewLimit { slew_v_per_s } => {
+                    parts::limit_steps(&mut drive, slew_v_per_s * step_s);
+                }
+                Law::AmplifierLag { tau_s } => parts::lag(&mut drive, tau_s, step_s),
+                Law::TransportDelay { delay_s } => drive = parts::delay(&drive, delay_s / step_s),
+                _ => {}
+            }
+        }
+        drive
+    }
+
+    fn rate_term(&self) -> RateTerm {
+        let mut term = RateTerm {
+            beta_s: self.baseline.beta_s,
+            exponent: 1.0,
+            reference: 1.0,
+        };
+        for law in &self.laws {
+            match *law {
+                Law::RateDependence { beta_s } => term.beta_s = beta_s,
+                Law::RateLaw {
+                    exponent,
+                    rate_v_per_s,
+                } => (term.exponent, term.reference) = (exponent, rate_v_per_s),
+                _ => {}
+            }
+        }
+        term
+    }
+
+    fn kappa(&self) -> f64 {
+        let kappa = self.law(Effect::Congruency, |law| match *law {
+            Law::Congruency { kappa } => Some(kappa),
+            _ => None,
+        });
+        kappa.unwrap_or_default()
+    }
+
+    /// The curves without memory.
+    fn bend(&self, signal: &mut [f64]) {
+        for law in &self.laws {
+            match law {
+                Law::Asymmetry { thresholds, slopes } => {
+                    // Tier 4 bends in a curve instead of a corner.
+                    let knee = if self.tier == Tier::Other {
+                        0.1 * self.setup.half_v()
+                    } else {
+                        0.0
+                    };
+                    for w in signal.iter_mut() {
+                        let beyond = |rho: f64| 0.5 * ((*w - rho) + (*w - rho).hypot(knee));
+                        let sum: f64 = thresholds
+                            .iter()
+                            .zip(slopes)
+                            .map(|(&rho, slope)| slope * beyond(rho))
+                            .sum();
+                        *w += sum;
+                    }
+                }
+                Law::Quadratic { q } => signal.iter_mut().for_each(|w| *w += q * *w * *w),
+                Law::Cubic { c } => signal.iter_mut().for_each(|w| *w += c * w.powi(3)),
+                _ => {}
+            }
+        }
+    }
+
+    /// Mode, creep, interleaving and the sensor's lag.
+    fn behind_the_gain(&self, signal: &mut [f64], command: &[f64], steps: usize, step_s: f64) {
+        let other = self.tier == Tier::Other;
+        for law in &self.laws {
+            match *law {
+                Law::Resonance { f_n_hz, zeta } if other => {
+                    parts::mode_by_runge_kutta(signal, f_n_hz, zeta, step_s);
+                }
+                Law::Resonance { f_n_hz, zeta } => parts::mode(signal, f_n_hz, zeta, step_s),
+                Law::Creep {
+                    gain_per_decade,
+                    tau_min_s,
+                    ..
+                } if other => {
+                    parts::logarithmic_creep(signal, gain_per_decade, tau_min_s, step_s);
+                }
+                Law::Creep {
+                    gain_per_decade,
+                    tau_min_s,
+                    tau_max_s,
+                } => parts::creep(signal, gain_per_decade, tau_min_s, tau_max_s, step_s),
+                Law::Interleaving { g } => parts::interleave(signal, command, g, steps),
+                Law::SensorLag { tau_s } => parts::lag(signal, tau_s, step_s),
+                _ => {}
+            }
+        }
+    }
+}

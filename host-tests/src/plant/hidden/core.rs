@@ -1,0 +1,274 @@
+//! The hysteresis of a hidden stage, in one of three families.
+
+use std::f64::consts::TAU;
+
+use crate::metrics::hysteresis_percent;
+use crate::plant::amplifier::Amplifier;
+use crate::plant::bimorph::{RelayDensity, Relays};
+
+/// What makes the loop.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Family {
+    /// Plays with these thresholds.
+    Plays {
+        /// r_i, V.
+        thresholds_v: Vec<f64>,
+        /// a_i.
+        weights: Vec<f64>,
+    },
+    /// Preisach's plane of relays around the middle of the range.
+    Relays(RelayDensity),
+    /// `z' = u' - grow |u'| z - shape u' |z|`, added with a weight.
+    BoucWen {
+        /// 1/V.
+        grow_per_v: f64,
+        /// 1/V.
+        shape_per_v: f64,
+        /// Share of z in the output.
+        weight: f64,
+    },
+}
+
+/// How the loop depends on the rate of the drive.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct RateTerm {
+    /// beta, s; 0 for none.
+    pub(super) beta_s: f64,
+    /// p.
+    pub(super) exponent: f64,
+    /// The rate at which all exponents agree, V/s.
+    pub(super) reference: f64,
+}
+
+impl RateTerm {
+    /// `beta R (|u'| / R)^p`, V.
+    fn widening(&self, rate: f64) -> f64 {
+        if self.exponent == 1.0 || self.beta_s == 0.0 {
+            self.beta_s * rate.abs()
+        } else {
+            self.beta_s * self.reference * (rate.abs() / self.reference).powf(self.exponent)
+        }
+    }
+}
+
+/// The core of a stage: what a drive of unit gain becomes, in volts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Core {
+    /// a_0.
+    pub direct: f64,
+    /// The hysteresis added to it.
+    pub family: Family,
+    /// Middle of the drive's range, V.
+    pub middle_v: f64,
+}
+
+impl Core {
+    /// The core with its hysteresis scaled to `percent` of the output's range over `middle +- half`
+    /// and then as a whole, so that the output spans as much as the drive.
+    pub(super) fn calibrated(family: Family, middle_v: f64, half_v: f64, percent: f64) -> Self {
+        const CYCLE: usize = 400;
+        let drive: Vec<f64> = (0..=2 * CYCLE)
+            .map(|k| middle_v + half_v * (TAU * k as f64 / CYCLE as f64).sin())
+            .collect();
+        let unit = Self {
+            direct: 0.0,
+            family,
+            middle_v,
+        };
+        let hysteresis = unit.quasi_static(&drive, 0.0);
+        let input = &drive[CYCLE..2 * CYCLE];
+        let output = |scale: f64| -> Vec<f64> {
+            let pairs = input.iter().zip(&hysteresis[CYCLE..]);
+            pairs.map(|(u, added)| u + scale * added).collect()
+        };
+        let (mut low, mut high) = (0.0, 1.0);
+        let too_little =
+            |scale: f64| hysteresis_percent(input, &output(scale)).is_ok_and(|now| now < percent);
+        while too_little(high) && high < 1e6 {
+            high *= 2.0;
+        }
+        for _ in 0..50 {
+            let middle = 0.5 * (low + high);
+            if too_little(middle) {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        let output = output(high);
+        let span = output.iter().fold(f64::MIN, |a, &b| a.max(b))
+            - output.iter().fold(f64::MAX, |a, &b| a.min(b));
+        let norm = 2.0 * half_v / span;
+        let mut core = unit;
+        core.direct = norm;
+        core.scale(high * norm);
+        core
+    }
+
+    fn scale(&mut self, factor: f64) {
+        match &mut self.family {
+            Family::Plays { weights, .. } => weights.iter_mut().for_each(|a| *a *= factor),
+            Family::Relays(density) => density.density_um_per_v2 *= factor,
+            Family::BoucWen { weight, .. } => *weight *= factor,
+        }
+    }
+
+    /// The output along a drive without any rate, from the virgin state.
+    fn quasi_static(&self, drive_v: &[f64], kappa: f64) -> Vec<f64> {
+        let rate = RateTerm {
+            beta_s: 0.0,
+            exponent: 1.0,
+            reference: 1.0,
+        };
+        self.run(&[], drive_v, 1.0, &rate, kappa).1
+    }
+
+    /// The outputs along `before_v`, moved through from the virgin state too slowly for a rate, and
+    /// then along `drive_v`, whose samples are `step_s` apart.
+    pub(super) fn run(
+        &self,
+        before_v: &[f64],
+        drive_v: &[f64],
+        step_s: f64,
+        rate: &RateTerm,
+        kappa: f64,
+    ) -> (Vec<f64>, Vec<f64>) {
+        let mut element = Element::new(self, kappa);
+        let before = before_v
+            .iter()
+            .map(|&u| element.advance(u, u, 0.0))
+            .collect();
+        let first = drive_v.first().copied().unwrap_or_default();
+        let mut last = first;
+        let mut dashpot = Dashpot::new(rate, step_s, first);
+        let plays = matches!(self.family, Family::Plays { .. });
+        let during = drive_v
+            .iter()
+            .map(|&u| {
+                let widening = rate.widening((u - last) / step_s);
+                // Only plays have envelopes; the other families are pulled along by a dashpot.
+                let felt = if plays { u } else { dashpot.advance(last, u) };
+                last = u;
+                element.advance(u, felt, widening)
+            })
+            .collect();
+        (before, during)
+    }
+}
+
+/// The running hysteresis.
+struct Element<'a> {
+    core: &'a Core,
+    kappa: f64,
+    plays: Vec<f64>,
+    relays: Option<Relays>,
+    /// State of Bouc and Wen and the drive it belongs to.
+    wen: (f64, f64),
+}
+
+impl<'a> Element<'a> {
+    fn new(core: &'a Core, kappa: f64) -> Self {
+        let (mut plays, mut relays) = (Vec::new(), None);
+        match &core.family {
+            Family::Plays { thresholds_v, .. } => plays = vec![0.0; thresholds_v.len()],
+            Family::Relays(density) => {
+                // 1 + kappa w with w as large as the drive, around the middle of the range.
+                let level = 1.0 + kappa * core.middle_v;
+                relays = Some(Relays::new(RelayDensity {
+                    density_um_per_v2: density.density_um_per_v2 * level,
+                    tilt_per_v: density.tilt_per_v + kappa / level,
+                    ..*density
+                }));
+            }
+            Family::BoucWen { .. } => {}
+        }
+        Self {
+            core,
+            kappa,
+            plays,
+            relays,
+            wen: (0.0, 0.0),
+        }
+    }
+
+    /// `drive_v` for the direct part, `felt_v` and the widening for the hysteresis.
+    fn advance(&mut self, drive_v: f64, felt_v: f64, widening: f64) -> f64 {
+        let direct = self.core.direct * drive_v;
+        match &self.core.family {
+            Family::Plays {
+                thresholds_v,
+                weights,
+            } => {
+                let mut sum = 0.0;
+                for ((z, r), a) in self.plays.iter_mut().zip(thresholds_v).zip(weights) {
+                    let reach = r + widening;
+                    *z = z.min(felt_v + reach).max(felt_v - reach);
+                    sum += a * *z;
+                }
+                (direct + sum) / (1.0 - self.kappa * sum)
+            }
+            Family::Relays(_) => {
+                let centred = felt_v - self.core.middle_v;
+                let relays = self.relays.as_mut();
+                direct + relays.map_or(0.0, |relays| relays.advance(centred))
+            }
+            &Family::BoucWen {
+                grow_per_v,
+                shape_per_v,
+                weight,
+            } => {
+                let (mut z, from) = self.wen;
+                let way = felt_v - from;
+                // Exact while z keeps its sign; the steps are short so that it matters nowhere else.
+                let steps = (way.abs() * (grow_per_v + shape_per_v.abs()) * 10.0).ceil();
+                let part = way / steps.max(1.0);
+                for _ in 0..steps as usize {
+                    let rate = grow_per_v.copysign(part) + shape_per_v * z.signum();
+                    let decay = (-rate * part).exp();
+                    let driven = if rate == 0.0 {
+                        part
+                    } else {
+                        (1.0 - decay) / rate
+                    };
+                    z = z * decay + (1.0 + self.kappa * felt_v) * driven;
+                }
+                self.wen = (z, felt_v);
+                direct + weight * z
+            }
+        }
+    }
+}
+
+/// What drags families without envelopes behind a fast drive: `|u - x| = beta R (|x'| / R)^p`.
+struct Dashpot<'a> {
+    rate: &'a RateTerm,
+    step_s: f64,
+    linear: Amplifier,
+    at_v: f64,
+}
+
+impl<'a> Dashpot<'a> {
+    fn new(rate: &'a RateTerm, step_s: f64, rest_v: f64) -> Self {
+        Self {
+            rate,
+            step_s,
+            linear: Amplifier::new(rate.beta_s, step_s, rest_v),
+            at_v: rest_v,
+        }
+    }
+
+    fn advance(&mut self, from_v: f64, to_v: f64) -> f64 {
+        let RateTerm {
+            beta_s,
+            exponent,
+            reference,
+        } = *self.rate;
+        if exponent == 1.0 || beta_s == 0.0 {
+            return self.linear.advance(from_v, to_v);
+        }
+        let behind = to_v - self.at_v;
+        let speed = reference * (behind.abs() / (beta_s * reference)).powf(1.0 / exponent);
+        self.at_v += (speed * self.step_s).min(behind.abs()).copysign(behind);
+        self.at_v
+    }
+}

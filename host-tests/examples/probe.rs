@@ -14,6 +14,19 @@ fn main() {
         let fit = JointFit::new(&runs, base.between);
         let sel = fit.rms(&base.joint.core, &base.joint.terms, Role::Select).unwrap();
         println!("{path}\n noise {noise:?} baseline fit {:.5} select {sel:.5} plays {} beta {:.3e} {:?} span {:.1} samples {} t {:?}", base.joint.rms, base.joint.core.thresholds.len(), base.joint.core.beta, base.between, runs.frequency_span, runs.runs.iter().map(|r|r.drive.len()).sum::<usize>(), t0.elapsed());
+        if std::env::var("REC").is_ok() {
+            let pred = fit.predicted(&base.joint.core, &base.joint.terms).unwrap();
+            let off = hysteron_host::identify::score::offsets(&runs, &pred);
+            for (i, r) in runs.runs.iter().enumerate() {
+                let sp = &r.spans[0];
+                let (mut s, mut m) = (0.0, 0.0);
+                for k in sp.samples.clone() { let e = r.displacement[k]-pred[i][k]-off[i]; s += e*e; m += e; }
+                let n = sp.samples.len() as f64;
+                println!("   {:22} {:?} h {:.2e} n {} left {} rms {:.5} mean {:.5} start {}", dataset.records[sp.record].name, sp.role, r.sample_time_s, n, r.left_out, (s/n).sqrt(), m/n, r.start.describe());
+            }
+            println!("thresholds {:.3?} weights {:.4?}", base.joint.core.thresholds, base.joint.core.weights);
+            continue;
+        }
         let c = search::Candidate::new(&fit, base.joint, vec![]).unwrap();
         let t0 = Instant::now();
         let found = search::expand(&fit, &c, &search::possible(&fit, &c)).unwrap();

@@ -134,7 +134,8 @@ pub fn judged(fit: &JointFit<'_>, joint: &Joint) -> Result<f64, Error> {
 
 /// Gives every run the history from the menu under which the model explains it best.
 pub fn choose_starts(runs: &mut Runs, between: Between, joint: &Joint) -> Result<(), Error> {
-    let menu = Start::menu(runs.drive_range);
+    let mut menu = vec![Start::Carried];
+    menu.extend(Start::menu(runs.drive_range));
     let predicted = JointFit::new(runs, between).predicted(&joint.core, &joint.terms)?;
     let shared = score::offsets(runs, &predicted);
     let tried: Vec<(Start, Vec<Vec<f64>>)> = menu

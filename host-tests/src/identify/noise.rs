@@ -28,20 +28,20 @@ impl Source {
     }
 }
 
-/// Rms noise of the displacement in micrometres over the runs, from the best source that any of
-/// them offers, and that source. Zero runs give `None`.
+/// Rms noise of the displacement in micrometres, from the best source that any of the runs offers, and
+/// that source: the lower quartile of the runs' estimates. Zero runs give `None`.
 pub fn floor(runs: &[Run]) -> Option<(f64, Source)> {
     let estimates: Vec<(f64, Source)> = runs.iter().map(of_run).collect();
     let best = estimates.iter().map(|(_, source)| *source).min()?;
-    let chosen: Vec<f64> = estimates
+    let mut chosen: Vec<f64> = estimates
         .iter()
         .filter(|(_, source)| *source == best)
-        .map(|(rms, _)| rms * rms)
+        .map(|(rms, _)| *rms)
         .collect();
-    Some((
-        (chosen.iter().sum::<f64>() / chosen.len() as f64).sqrt(),
-        best,
-    ))
+    chosen.sort_by(f64::total_cmp);
+    // Creep, drift or hum tell repeated cycles of some runs apart; noise is in all of them.
+    let rms = chosen.get(chosen.len() / 4)?;
+    Some((*rms, best))
 }
 
 fn of_run(run: &Run) -> (f64, Source) {

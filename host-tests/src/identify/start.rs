@@ -10,6 +10,8 @@ pub enum Start {
     Excursion(f64),
     /// The record itself: it is one or more periods of a steady loop.
     Periodic,
+    /// The record before it in time, whose end it goes on from.
+    Carried,
 }
 
 impl Start {
@@ -28,13 +30,14 @@ impl Start {
 
     /// Output of a play of threshold `r` before the first sample `u0`, and its derivative by `r`.
     ///
-    /// [`Start::Periodic`] has no closed form: what it yields is where the extra period starts from.
+    /// [`Start::Periodic`] and [`Start::Carried`] have no closed form: what they yield is where the extra
+    /// period starts from, and where nothing is known of the record before.
     pub fn play(self, u0: f64, r: f64) -> (f64, f64) {
         match self {
             Self::Zero if u0 > r => (u0 - r, -1.0),
             Self::Zero if u0 < -r => (u0 + r, 1.0),
             Self::Zero => (0.0, 0.0),
-            Self::Periodic => (u0, 0.0),
+            Self::Periodic | Self::Carried => (u0, 0.0),
             Self::Excursion(volts) => {
                 // Pushed out by |volts| - r, on the way back pulled in to r.
                 let pushed = volts.abs() - r;
@@ -61,6 +64,7 @@ impl Start {
                 volts.abs(),
                 if volts > 0.0 { "above" } else { "below" }
             ),
+            Self::Carried => "the end of the record before it".to_owned(),
             Self::Periodic => "steady loop: the record's own end".to_owned(),
         }
     }

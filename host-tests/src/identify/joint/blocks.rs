@@ -7,6 +7,9 @@ use crate::error::Error;
 use crate::model_file::Stage;
 use crate::stage;
 
+/// Highest frequency of a mode that is computed, over the sample rate.
+pub const FASTEST_MODE: f64 = 0.45;
+
 /// What stands around the plays, in volts before and micrometres behind them.
 pub struct Blocks {
     /// All effects but the asymmetry.
@@ -24,7 +27,13 @@ impl Blocks {
         let refused = |stage: &str, refused: hysteron::error::ParameterError| {
             Error::request(format!("an effect of the fit: {stage}.{refused}"))
         };
-        let effects = stage::effects(stages, sample_time_s)
+        // A mode beyond what a slow record can hold follows at once.
+        let slow = |stage: &&Stage| match stage {
+            Stage::Resonance(mode) => mode.f_n_hz * sample_time_s < FASTEST_MODE,
+            _ => true,
+        };
+        let within: Vec<Stage> = stages.iter().filter(slow).cloned().collect();
+        let effects = stage::effects(&within, sample_time_s)
             .map_err(|(stage, error)| refused(stage, error))?;
         let map = stages.iter().find_map(|stage| match stage {
             Stage::Asymmetry(map) => Some(map),

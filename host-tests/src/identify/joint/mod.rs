@@ -170,12 +170,15 @@ impl<'a> JointFit<'a> {
             Vec::new()
         };
         let weights = joint.core.weights.len();
+        let by_number = free
+            .iter()
+            .map(|&place| self.derivative(joint, place))
+            .collect::<Result<Vec<_>, _>>()?;
         let mut normal = Normal::new(free.len(), weights, self.runs.own_offsets);
-        for frame in &self.frames {
-            if frame.rows.is_empty() {
-                continue;
-            }
-            normal.add(&self.rows(joint, frame, &free)?);
+        let mut plays = Vec::new();
+        for (i, frame) in self.frames.iter().enumerate() {
+            let by_number: Vec<&[f64]> = by_number.iter().map(|runs| &runs[i][..]).collect();
+            normal.add(&self.rows(joint, frame, &by_number, &mut plays)?);
         }
         let size = self.seen.displacement_um;
         let damping = if free.is_empty() { 0.0 } else { damping };
@@ -200,40 +203,43 @@ impl<'a> JointFit<'a> {
         Ok(better)
     }
 
+    /// Derivative of every run's displacement by a free number.
+    fn derivative(&self, joint: &Joint, place: (usize, usize)) -> Result<Vec<Vec<f64>>, Error> {
+        let at = joint.terms.number(place);
+        let moved = |change: f64| joint.terms.moved(place, change, &self.seen);
+        let displacement = |terms: &Terms| {
+            let mut core = joint.core.clone();
+            core.beta = terms.beta(&self.seen);
+            self.predicted(&core, terms)
+        };
+        // On one side alone where it stands at a bound.
+        let (up, down) = (moved(DIFFERENCE), moved(-DIFFERENCE));
+        let change = up.number(place) - down.number(place);
+        let _ = at;
+        let (above, below) = (displacement(&up)?, displacement(&down)?);
+        Ok(above
+            .iter()
+            .zip(&below)
+            .map(|(a, b)| a.iter().zip(b).map(|(a, b)| (a - b) / change).collect())
+            .collect())
+    }
+
     /// Rows `[1, derivatives by the free numbers, derivatives by the weights, target]`, weighted.
     fn rows(
         &self,
         joint: &Joint,
         frame: &Frame<'_>,
-        free: &[(usize, usize)],
+        by_number: &[&[f64]],
+        plays: &mut Vec<f64>,
     ) -> Result<Array2<f64>, Error> {
         let core = &joint.core;
         let h = frame.run.sample_time_s;
         let blocks = Blocks::new(&joint.terms.stages(&self.seen, 1.0), h)?;
         let fine = simulate::at_actuator(&blocks, frame);
-        let (w, mut columns) = simulate::hysteresis_and_columns(core, &blocks, frame, &fine);
+        let (w, mut columns) = simulate::hysteresis_and_columns(core, &blocks, frame, &fine, plays);
         let y = simulate::behind(&blocks, frame, w, &mut columns);
-        let by_number = free
-            .iter()
-            .map(|&place| {
-                // Away from a bound, if it stands at one.
-                let at = joint.terms.number(place);
-                let up = joint.terms.moved(place, DIFFERENCE, &self.seen);
-                let moved = if up.number(place) > at {
-                    up
-                } else {
-                    joint.terms.moved(place, -DIFFERENCE, &self.seen)
-                };
-                let change = moved.number(place) - at;
-                let mut core = core.clone();
-                core.beta = moved.beta(&self.seen);
-                let other = self.displacement(&core, &moved, frame)?;
-                let differences = other.iter().zip(&y).map(|(a, b)| (a - b) / change);
-                Ok(differences.collect())
-            })
-            .collect::<Result<Vec<Vec<f64>>, Error>>()?;
-        let width = columns.width;
-        let mut rows = Array2::zeros((frame.rows.len(), 1 + free.len() + width + 1));
+        let (free, width) = (by_number.len(), columns.width);
+        let mut rows = Array2::zeros((frame.rows.len(), 1 + free + width + 1));
         for (mut row, &(k, weight)) in rows.outer_iter_mut().zip(&frame.rows) {
             row[0] = weight;
             for (j, d) in by_number.iter().enumerate() {
@@ -241,11 +247,11 @@ impl<'a> JointFit<'a> {
             }
             let mut known = 0.0;
             for (j, (d, a)) in columns.row(k).iter().zip(&core.weights).enumerate() {
-                row[1 + free.len() + j] = weight * d;
+                row[1 + free + j] = weight * d;
                 known += a * d;
             }
             // The step is linear in the weights as a whole, not in their change.
-            row[1 + free.len() + width] = weight * (frame.run.displacement[k] - y[k] + known);
+            row[1 + free + width] = weight * (frame.run.displacement[k] - y[k] + known);
         }
         Ok(rows)
     }
@@ -267,21 +273,15 @@ impl<'a> JointFit<'a> {
     /// # Errors
     /// Numbers that the core refuses.
     pub fn predicted(&self, core: &Core, terms: &Terms) -> Result<Vec<Vec<f64>>, Error> {
+        let mut plays = Vec::new();
         self.frames
             .iter()
-            .map(|frame| self.displacement(core, terms, frame))
+            .map(|frame| {
+                let blocks = Blocks::new(&terms.stages(&self.seen, 1.0), frame.run.sample_time_s)?;
+                let fine = simulate::at_actuator(&blocks, frame);
+                let w = simulate::hysteresis(core, &blocks, frame, &fine, &mut plays);
+                Ok(simulate::behind(&blocks, frame, w, &mut Columns::default()))
+            })
             .collect()
-    }
-
-    fn displacement(
-        &self,
-        core: &Core,
-        terms: &Terms,
-        frame: &Frame<'_>,
-    ) -> Result<Vec<f64>, Error> {
-        let blocks = Blocks::new(&terms.stages(&self.seen, 1.0), frame.run.sample_time_s)?;
-        let fine = simulate::at_actuator(&blocks, frame);
-        let w = simulate::hysteresis(core, &blocks, frame, &fine);
-        Ok(simulate::behind(&blocks, frame, w, &mut Columns::default()))
     }
 }

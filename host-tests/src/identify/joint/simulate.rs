@@ -49,23 +49,24 @@ pub fn at_actuator(blocks: &Blocks, frame: &Frame<'_>) -> Vec<f64> {
     frame.fine(drive)
 }
 
-/// Walks the plays along the fine drive and hands out drive and plays at every sample.
-pub fn walk(
+/// Walks the plays along the fine drive and hands out drive and plays at every sample. `plays` are
+/// those at the end of the run before, and become those at the end of this one.
+fn walk(
     core: &Core,
     blocks: &Blocks,
     frame: &Frame<'_>,
     fine: &[f64],
+    plays: &mut Vec<f64>,
     mut each: impl FnMut(f64, &[f64]),
 ) {
     let Some(&first) = fine.first() else {
         return;
     };
     let start = frame.run.start;
-    let mut z: Vec<f64> = core
-        .thresholds
-        .iter()
-        .map(|&r| start.play(first, r).0)
-        .collect();
+    if start != Start::Carried || plays.len() != core.thresholds.len() {
+        plays.clear();
+        plays.extend(core.thresholds.iter().map(|&r| start.play(first, r).0));
+    }
     let per_step = frame.steps as f64 / frame.run.sample_time_s;
     let law = |rate: f64| match &blocks.effects.rate_law {
         _ if core.beta == 0.0 => 0.0,
@@ -82,20 +83,26 @@ pub fn walk(
                 lo: u - half_width,
                 hi: u + half_width,
             };
-            for (z, &r) in z.iter_mut().zip(&core.thresholds) {
+            for (z, &r) in plays.iter_mut().zip(&core.thresholds) {
                 *z = play(*z, envelope, r);
             }
             if round == rounds && i % frame.steps == 0 {
-                each(u, &z);
+                each(u, plays);
             }
         }
     }
 }
 
 /// Output of the hysteresis in um.
-pub fn hysteresis(core: &Core, blocks: &Blocks, frame: &Frame<'_>, fine: &[f64]) -> Vec<f64> {
+pub fn hysteresis(
+    core: &Core,
+    blocks: &Blocks,
+    frame: &Frame<'_>,
+    fine: &[f64],
+    plays: &mut Vec<f64>,
+) -> Vec<f64> {
     let mut w = Vec::with_capacity(frame.run.drive.len());
-    walk(core, blocks, frame, fine, |u, z| {
+    walk(core, blocks, frame, fine, plays, |u, z| {
         let (direct, plays) = parts(core, u, z);
         w.push(match &blocks.effects.congruency {
             Some(law) => law.step(direct, plays),
@@ -111,12 +118,13 @@ pub fn hysteresis_and_columns(
     blocks: &Blocks,
     frame: &Frame<'_>,
     fine: &[f64],
+    plays: &mut Vec<f64>,
 ) -> (Vec<f64>, Columns) {
     let samples = frame.run.drive.len();
     let width = core.thresholds.len() + 1;
     let mut w = Vec::with_capacity(samples);
     let mut entries = Vec::with_capacity(samples * width);
-    walk(core, blocks, frame, fine, |u, z| {
+    walk(core, blocks, frame, fine, plays, |u, z| {
         let (direct, plays) = parts(core, u, z);
         let (mut by_direct, mut by_plays) = (1.0, 1.0);
         w.push(match &blocks.effects.congruency {

@@ -101,7 +101,8 @@ impl<'a> JointFit<'a> {
         };
         let rms = self.rms(&core, &terms, Role::Fit)?;
         let mut joint = Joint { core, terms, rms };
-        self.step(&mut joint, f64::INFINITY)?;
+        joint.core.weights = self.weigh(&joint)?.0;
+        joint.rms = self.rms(&joint.core, &joint.terms, Role::Fit)?;
         Ok(joint)
     }
 
@@ -120,17 +121,17 @@ impl<'a> JointFit<'a> {
                 rms: f64::INFINITY,
             };
             joint.core.beta = joint.terms.beta(&self.seen);
-            let Ok(rms) = self.rms(&joint.core, &joint.terms, Role::Fit) else {
-                continue;
-            };
-            joint.rms = rms;
-            self.step(&mut joint, f64::INFINITY)?;
-            first.push(joint);
+            // Numbers that the core refuses are no start.
+            if let Ok((weights, rms)) = self.weigh(&joint) {
+                (joint.core.weights, joint.rms) = (weights, rms);
+                first.push(joint);
+            }
         }
         first.sort_by(|a, b| a.rms.total_cmp(&b.rms));
         first.truncate(keep);
         let mut best: Option<Joint> = None;
         for mut joint in first {
+            joint.rms = self.rms(&joint.core, &joint.terms, Role::Fit)?;
             self.settle(&mut joint)?;
             if best.as_ref().is_none_or(|best| joint.rms < best.rms) {
                 best = Some(joint);
@@ -162,26 +163,31 @@ impl<'a> JointFit<'a> {
         Ok(())
     }
 
-    /// One step; `false` if it led uphill and was not taken. Infinite damping holds the effects.
+    /// Weights for the effects as they are, and the rms they leave over on the rows.
+    fn weigh(&self, joint: &Joint) -> Result<(Vec<f64>, f64), Error> {
+        let mut normal = Normal::new(0, joint.core.weights.len(), self.runs.own_offsets);
+        for run in self.responses(joint)? {
+            normal.add(&run.rows(&joint.core, &[]));
+        }
+        let solution = normal.solve(0.0, LEAST_DIRECT * self.runs.mean_gain());
+        Ok((solution.weights, solution.rms))
+    }
+
+    /// One step; `false` if it led uphill and was not taken.
     fn step(&self, joint: &mut Joint, damping: f64) -> Result<bool, Error> {
-        let free = if damping.is_finite() {
-            joint.terms.free(&self.seen)
-        } else {
-            Vec::new()
-        };
+        let free = joint.terms.free(&self.seen);
         let weights = joint.core.weights.len();
+        let responses = self.responses(joint)?;
         let by_number = free
             .iter()
-            .map(|&place| self.derivative(joint, place))
+            .map(|&place| self.derivative(joint, place, &responses))
             .collect::<Result<Vec<_>, _>>()?;
         let mut normal = Normal::new(free.len(), weights, self.runs.own_offsets);
-        let mut plays = Vec::new();
-        for (i, frame) in self.frames.iter().enumerate() {
+        for (i, run) in responses.iter().enumerate() {
             let by_number: Vec<&[f64]> = by_number.iter().map(|runs| &runs[i][..]).collect();
-            normal.add(&self.rows(joint, frame, &by_number, &mut plays)?);
+            normal.add(&run.rows(&joint.core, &by_number));
         }
         let size = self.seen.displacement_um;
-        let damping = if free.is_empty() { 0.0 } else { damping };
         let floor = LEAST_DIRECT * self.runs.mean_gain();
         let solution = normal.solve(damping * size * size * 1e-2, floor);
         let mut next = joint.clone();
@@ -203,57 +209,78 @@ impl<'a> JointFit<'a> {
         Ok(better)
     }
 
-    /// Derivative of every run's displacement by a free number.
-    fn derivative(&self, joint: &Joint, place: (usize, usize)) -> Result<Vec<Vec<f64>>, Error> {
-        let at = joint.terms.number(place);
-        let moved = |change: f64| joint.terms.moved(place, change, &self.seen);
-        let displacement = |terms: &Terms| {
-            let mut core = joint.core.clone();
-            core.beta = terms.beta(&self.seen);
-            self.predicted(&core, terms)
-        };
-        // On one side alone where it stands at a bound.
-        let (up, down) = (moved(DIFFERENCE), moved(-DIFFERENCE));
-        let change = up.number(place) - down.number(place);
-        let _ = at;
-        let (above, below) = (displacement(&up)?, displacement(&down)?);
-        Ok(above
-            .iter()
-            .zip(&below)
-            .map(|(a, b)| a.iter().zip(b).map(|(a, b)| (a - b) / change).collect())
-            .collect())
+    /// The frames that a fit needs: those with rows, and those that one of them goes on from.
+    fn fitted_frames(&self) -> &[Frame<'a>] {
+        let last = self.frames.iter().rposition(|frame| !frame.rows.is_empty());
+        &self.frames[..last.map_or(0, |last| last + 1)]
     }
 
-    /// Rows `[1, derivatives by the free numbers, derivatives by the weights, target]`, weighted.
-    fn rows(
+    /// What the model makes of the runs for fitting, with derivatives by the weights.
+    fn responses(&self, joint: &Joint) -> Result<Vec<Response<'_>>, Error> {
+        let mut plays = Vec::new();
+        self.fitted_frames()
+            .iter()
+            .map(|frame| {
+                let h = frame.run.sample_time_s;
+                let blocks = Blocks::new(&joint.terms.stages(&self.seen, 1.0), h)?;
+                let fine = simulate::at_actuator(&blocks, frame);
+                if frame.rows.is_empty() {
+                    let core = &joint.core;
+                    let w = simulate::hysteresis(core, &blocks, frame, &fine, &mut plays);
+                    return Ok(Response::empty(frame, w));
+                }
+                let (w, mut columns) = simulate::hysteresis_and_columns(
+                    &joint.core,
+                    &blocks,
+                    frame,
+                    &fine,
+                    &mut plays,
+                );
+                let y = simulate::behind(&blocks, frame, w.clone(), &mut columns);
+                Ok(Response {
+                    frame,
+                    w,
+                    y,
+                    columns,
+                })
+            })
+            .collect()
+    }
+
+    /// Derivative of the displacement by a free number, a run each.
+    fn derivative(
         &self,
         joint: &Joint,
-        frame: &Frame<'_>,
-        by_number: &[&[f64]],
-        plays: &mut Vec<f64>,
-    ) -> Result<Array2<f64>, Error> {
-        let core = &joint.core;
-        let h = frame.run.sample_time_s;
-        let blocks = Blocks::new(&joint.terms.stages(&self.seen, 1.0), h)?;
-        let fine = simulate::at_actuator(&blocks, frame);
-        let (w, mut columns) = simulate::hysteresis_and_columns(core, &blocks, frame, &fine, plays);
-        let y = simulate::behind(&blocks, frame, w, &mut columns);
-        let (free, width) = (by_number.len(), columns.width);
-        let mut rows = Array2::zeros((frame.rows.len(), 1 + free + width + 1));
-        for (mut row, &(k, weight)) in rows.outer_iter_mut().zip(&frame.rows) {
-            row[0] = weight;
-            for (j, d) in by_number.iter().enumerate() {
-                row[1 + j] = weight * d[k];
-            }
-            let mut known = 0.0;
-            for (j, (d, a)) in columns.row(k).iter().zip(&core.weights).enumerate() {
-                row[1 + free + j] = weight * d;
-                known += a * d;
-            }
-            // The step is linear in the weights as a whole, not in their change.
-            row[1 + free + width] = weight * (frame.run.displacement[k] - y[k] + known);
-        }
-        Ok(rows)
+        place: (usize, usize),
+        responses: &[Response<'_>],
+    ) -> Result<Vec<Vec<f64>>, Error> {
+        let at = joint.terms.number(place);
+        let up = joint.terms.moved(place, DIFFERENCE, &self.seen);
+        let moved = if up.number(place) > at {
+            up
+        } else {
+            joint.terms.moved(place, -DIFFERENCE, &self.seen)
+        };
+        let change = moved.number(place) - at;
+        let stages = moved.stages(&self.seen, 1.0);
+        let mut core = joint.core.clone();
+        core.beta = moved.beta(&self.seen);
+        let behind = joint.terms.is_behind(place);
+        let mut plays = Vec::new();
+        responses
+            .iter()
+            .map(|run| {
+                let blocks = Blocks::new(&stages, run.frame.run.sample_time_s)?;
+                let w = if behind {
+                    run.w.clone()
+                } else {
+                    let fine = simulate::at_actuator(&blocks, run.frame);
+                    simulate::hysteresis(&core, &blocks, run.frame, &fine, &mut plays)
+                };
+                let y = simulate::behind(&blocks, run.frame, w, &mut Columns::default());
+                Ok(y.iter().zip(&run.y).map(|(a, b)| (a - b) / change).collect())
+            })
+            .collect()
     }
 
     /// Root of the mean over the records of a role of their mean square residual, in um; infinite if
@@ -262,7 +289,11 @@ impl<'a> JointFit<'a> {
     /// # Errors
     /// Numbers that the core refuses.
     pub fn rms(&self, core: &Core, terms: &Terms, role: Role) -> Result<f64, Error> {
-        let predicted = self.predicted(core, terms)?;
+        let frames = match role {
+            Role::Fit => self.fitted_frames(),
+            _ => &self.frames,
+        };
+        let predicted = self.along(frames, core, terms)?;
         let offsets = score::offsets(self.runs, &predicted);
         let rms = score::rms(self.runs, &predicted, &offsets, role).unwrap_or(f64::INFINITY);
         Ok(if rms.is_nan() { f64::INFINITY } else { rms })
@@ -273,15 +304,68 @@ impl<'a> JointFit<'a> {
     /// # Errors
     /// Numbers that the core refuses.
     pub fn predicted(&self, core: &Core, terms: &Terms) -> Result<Vec<Vec<f64>>, Error> {
+        self.along(&self.frames, core, terms)
+    }
+
+    fn along(
+        &self,
+        frames: &[Frame<'_>],
+        core: &Core,
+        terms: &Terms,
+    ) -> Result<Vec<Vec<f64>>, Error> {
+        let stages = terms.stages(&self.seen, 1.0);
         let mut plays = Vec::new();
-        self.frames
+        frames
             .iter()
             .map(|frame| {
-                let blocks = Blocks::new(&terms.stages(&self.seen, 1.0), frame.run.sample_time_s)?;
+                let blocks = Blocks::new(&stages, frame.run.sample_time_s)?;
                 let fine = simulate::at_actuator(&blocks, frame);
                 let w = simulate::hysteresis(core, &blocks, frame, &fine, &mut plays);
                 Ok(simulate::behind(&blocks, frame, w, &mut Columns::default()))
             })
             .collect()
+    }
+}
+
+/// What a model makes of a run.
+struct Response<'a> {
+    frame: &'a Frame<'a>,
+    /// Output of the hysteresis in um.
+    w: Vec<f64>,
+    /// Displacement in um, less the offset.
+    y: Vec<f64>,
+    /// Its derivatives by the weights.
+    columns: Columns,
+}
+
+impl<'a> Response<'a> {
+    fn empty(frame: &'a Frame<'a>, w: Vec<f64>) -> Self {
+        Self {
+            frame,
+            y: w.clone(),
+            w,
+            columns: Columns::default(),
+        }
+    }
+
+    /// Rows `[1, derivatives by the free numbers, derivatives by the weights, target]`, weighted.
+    fn rows(&self, core: &Core, by_number: &[&[f64]]) -> Array2<f64> {
+        let (free, width) = (by_number.len(), core.weights.len());
+        let mut rows = Array2::zeros((self.frame.rows.len(), 1 + free + width + 1));
+        for (mut row, &(k, weight)) in rows.outer_iter_mut().zip(&self.frame.rows) {
+            row[0] = weight;
+            for (j, d) in by_number.iter().enumerate() {
+                row[1 + j] = weight * d[k];
+            }
+            let mut known = 0.0;
+            for (j, (d, a)) in self.columns.row(k).iter().zip(&core.weights).enumerate() {
+                row[1 + free + j] = weight * d;
+                known += a * d;
+            }
+            // The step is linear in the weights as a whole, not in their change.
+            let measured = self.frame.run.displacement[k];
+            row[1 + free + width] = weight * (measured - self.y[k] + known);
+        }
+        rows
     }
 }

@@ -21,8 +21,8 @@ pub struct Core {
     pub beta: f64,
 }
 
-/// Rows of drive and plays, or of derivatives by the weights, a row a sample.
-#[derive(Default)]
+/// Rows of derivatives by the weights, a row a sample.
+#[derive(Clone, Default)]
 pub struct Columns {
     /// The entries, row by row.
     pub entries: Vec<f64>,
@@ -49,6 +49,72 @@ pub fn at_actuator(blocks: &Blocks, frame: &Frame<'_>) -> Vec<f64> {
     frame.fine(drive)
 }
 
+/// Plays that are moved together.
+const LANES: usize = 8;
+
+/// The plays of a core, filled up to whole lanes with plays that never move.
+struct Bank {
+    lanes: Vec<Lane>,
+    plays: usize,
+}
+
+#[derive(Clone, Copy)]
+struct Lane {
+    thresholds: [f64; LANES],
+    weights: [f64; LANES],
+    outputs: [f64; LANES],
+}
+
+impl Bank {
+    fn new(core: &Core) -> Self {
+        let idle = Lane {
+            thresholds: [f64::INFINITY; LANES],
+            weights: [0.0; LANES],
+            outputs: [0.0; LANES],
+        };
+        let plays = core.thresholds.len();
+        let mut lanes = vec![idle; plays.div_ceil(LANES)];
+        let weights = core.weights.iter().skip(1);
+        for (i, (&r, &a)) in core.thresholds.iter().zip(weights).enumerate() {
+            lanes[i / LANES].thresholds[i % LANES] = r;
+            lanes[i / LANES].weights[i % LANES] = a;
+        }
+        Self { lanes, plays }
+    }
+
+    fn set(&mut self, outputs: impl Iterator<Item = f64>) {
+        for (i, z) in outputs.take(self.plays).enumerate() {
+            self.lanes[i / LANES].outputs[i % LANES] = z;
+        }
+    }
+
+    fn outputs(&self) -> impl Iterator<Item = f64> {
+        let all = self.lanes.iter().flat_map(|lane| lane.outputs);
+        all.take(self.plays)
+    }
+
+    #[inline]
+    fn step(&mut self, envelope: Envelope<f64>) {
+        for lane in &mut self.lanes {
+            for (z, r) in lane.outputs.iter_mut().zip(lane.thresholds) {
+                *z = play(*z, envelope, r);
+            }
+        }
+    }
+
+    /// Sum of the plays with their weights.
+    #[inline]
+    fn sum(&self) -> f64 {
+        let mut sums = [0.0; LANES];
+        for lane in &self.lanes {
+            for (sum, (a, z)) in sums.iter_mut().zip(lane.weights.iter().zip(&lane.outputs)) {
+                *sum += a * z;
+            }
+        }
+        sums.iter().sum()
+    }
+}
+
 /// Walks the plays along the fine drive and hands out drive and plays at every sample. `plays` are
 /// those at the end of the run before, and become those at the end of this one.
 fn walk(
@@ -57,15 +123,17 @@ fn walk(
     frame: &Frame<'_>,
     fine: &[f64],
     plays: &mut Vec<f64>,
-    mut each: impl FnMut(f64, &[f64]),
+    mut each: impl FnMut(f64, &Bank),
 ) {
     let Some(&first) = fine.first() else {
         return;
     };
     let start = frame.run.start;
-    if start != Start::Carried || plays.len() != core.thresholds.len() {
-        plays.clear();
-        plays.extend(core.thresholds.iter().map(|&r| start.play(first, r).0));
+    let mut bank = Bank::new(core);
+    if start == Start::Carried && plays.len() == core.thresholds.len() {
+        bank.set(plays.iter().copied());
+    } else {
+        bank.set(core.thresholds.iter().map(|&r| start.play(first, r).0));
     }
     let per_step = frame.steps as f64 / frame.run.sample_time_s;
     let law = |rate: f64| match &blocks.effects.rate_law {
@@ -76,21 +144,22 @@ fn walk(
     let mut before = frame.before(fine);
     let rounds = if start == Start::Periodic { 2 } else { 1 };
     for round in 1..=rounds {
+        let mut next_sample = 0;
         for (i, &u) in fine.iter().enumerate() {
             let half_width = law((u - before).abs() * per_step);
             before = u;
-            let envelope = Envelope {
+            bank.step(Envelope {
                 lo: u - half_width,
                 hi: u + half_width,
-            };
-            for (z, &r) in plays.iter_mut().zip(&core.thresholds) {
-                *z = play(*z, envelope, r);
-            }
-            if round == rounds && i % frame.steps == 0 {
-                each(u, plays);
+            });
+            if round == rounds && i == next_sample {
+                next_sample += frame.steps;
+                each(u, &bank);
             }
         }
     }
+    plays.clear();
+    plays.extend(bank.outputs());
 }
 
 /// Output of the hysteresis in um.
@@ -101,12 +170,12 @@ pub fn hysteresis(
     fine: &[f64],
     plays: &mut Vec<f64>,
 ) -> Vec<f64> {
+    let direct = core.direct();
     let mut w = Vec::with_capacity(frame.run.drive.len());
-    walk(core, blocks, frame, fine, plays, |u, z| {
-        let (direct, plays) = parts(core, u, z);
+    walk(core, blocks, frame, fine, plays, |u, bank| {
         w.push(match &blocks.effects.congruency {
-            Some(law) => law.step(direct, plays),
-            None => direct + plays,
+            Some(law) => law.step(direct * u, bank.sum()),
+            None => direct * u + bank.sum(),
         });
     });
     w
@@ -120,12 +189,13 @@ pub fn hysteresis_and_columns(
     fine: &[f64],
     plays: &mut Vec<f64>,
 ) -> (Vec<f64>, Columns) {
+    let direct = core.direct();
     let samples = frame.run.drive.len();
     let width = core.thresholds.len() + 1;
     let mut w = Vec::with_capacity(samples);
     let mut entries = Vec::with_capacity(samples * width);
-    walk(core, blocks, frame, fine, plays, |u, z| {
-        let (direct, plays) = parts(core, u, z);
+    walk(core, blocks, frame, fine, plays, |u, bank| {
+        let (direct, plays) = (direct * u, bank.sum());
         let (mut by_direct, mut by_plays) = (1.0, 1.0);
         w.push(match &blocks.effects.congruency {
             Some(law) => {
@@ -139,17 +209,15 @@ pub fn hysteresis_and_columns(
             None => direct + plays,
         });
         entries.push(u * by_direct);
-        entries.extend(z.iter().map(|z| z * by_plays));
+        entries.extend(bank.outputs().map(|z| z * by_plays));
     });
     (w, Columns { entries, width })
 }
 
-/// The drive's part and the sum of the plays, in um.
-#[inline]
-fn parts(core: &Core, u: f64, z: &[f64]) -> (f64, f64) {
-    let mut weights = core.weights.iter();
-    let direct = weights.next().map_or(0.0, |a| a * u);
-    (direct, weights.zip(z).map(|(a, z)| a * z).sum())
+impl Core {
+    fn direct(&self) -> f64 {
+        self.weights.first().copied().unwrap_or_default()
+    }
 }
 
 impl Columns {

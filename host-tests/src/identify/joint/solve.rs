@@ -18,6 +18,8 @@ pub struct Solution {
     pub free: Vec<f64>,
     /// The non-negative unknowns.
     pub weights: Vec<f64>,
+    /// Root of the sum of squares that is left over, damping not counted.
+    pub rms: f64,
 }
 
 impl Normal {
@@ -52,6 +54,7 @@ impl Normal {
         if !self.own_offsets {
             eliminate(&mut self.gram, 0);
         }
+        let undamped = self.gram.clone();
         for j in 1..=self.free {
             self.gram[(j, j)] += damping;
         }
@@ -102,9 +105,18 @@ impl Normal {
                 free = solved.iter().copied().collect();
             }
         }
+        // Square of what the row [0, free, weights, -1] of unknowns makes of the columns.
+        let unknowns: Vec<f64> = std::iter::once(0.0)
+            .chain(free.iter().copied())
+            .chain(found.iter().copied())
+            .chain([-1.0])
+            .collect();
+        let unknowns = ndarray::Array1::from(unknowns);
+        let left = unknowns.dot(&undamped.dot(&unknowns));
         Solution {
             free,
             weights: found,
+            rms: left.max(0.0).sqrt(),
         }
     }
 }

@@ -78,6 +78,12 @@ impl Terms {
         moved
     }
 
+    /// Whether a number acts on what comes out of the hysteresis only.
+    pub fn is_behind(&self, (term, _): (usize, usize)) -> bool {
+        let term = self.0.get(term);
+        term.is_some_and(|term| term.effect >= Effect::Asymmetry)
+    }
+
     /// A number.
     pub fn number(&self, (term, number): (usize, usize)) -> f64 {
         let numbers = self.0.get(term).map(|term| &term.numbers);

@@ -12,7 +12,8 @@
 //! limit, sensor lag, drift, hum and quantisation are passed over.
 //!
 //! The product of interleaving takes the drive of the sample before. Without latency that is the drive
-//! that was given out; ahead of time it is not known yet, and the static gain of the stage stands in.
+//! that was given out; ahead of time it is not known yet, and the static gain of the stage stands in. A
+//! drive that is already made must not: behind a mode the loop through its inverse would grow.
 //!
 //! Undoing a lag, a mode or a delay takes samples of the reference that are still to come, and so
 //! does the preview inverse of the hysteresis. The cascade takes the reference in

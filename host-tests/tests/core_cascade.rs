@@ -103,7 +103,7 @@ fn chain(choice: u32) -> Chain<f64, 3, 2> {
 
 /// Largest and rms error in um of a chain that follows the reference by the cascade of `known`.
 fn errors(chain: &Chain<f64, 3, 2>, known: &Chain<f64, 3, 2>, reference: &[f64]) -> (f64, f64) {
-    let cascade = Cascade::<f64, 3, 2, 2>::new(known, None).unwrap();
+    let cascade = Cascade::<f64, 3, 2, 2, true>::new(known, None).unwrap();
     let latency = cascade.latency();
     let mut state = cascade.start(OFFSET).unwrap();
     // Applied as it comes: a reference sample is reached `latency` samples after it went in, the
@@ -193,7 +193,8 @@ fn what_has_no_inverse_is_passed_over() {
         ..*plain.effects()
     };
     let with = Chain::new(*plain.model(), effects);
-    let cascades = [&plain, &with].map(|chain| Cascade::<f64, 3, 2, 2>::new(chain, None).unwrap());
+    let cascades =
+        [&plain, &with].map(|chain| Cascade::<f64, 3, 2, 2, true>::new(chain, None).unwrap());
     assert_eq!(cascades[1].latency(), 0);
     let mut states = [0, 1].map(|i| cascades[i].start(OFFSET).unwrap());
     for v in reference(500) {
@@ -223,6 +224,16 @@ fn a_congruency_that_plays_could_turn_over_is_refused() {
         ..Effects::default()
     };
     let model = Model::<f64, 3, 2>::new(operator, None, 1.0, 0.0).unwrap();
-    let refused = Cascade::<f64, 3, 2, 2>::new(&Chain::new(model, effects), None).unwrap_err();
+    let refused =
+        Cascade::<f64, 3, 2, 2, true>::new(&Chain::new(model, effects), None).unwrap_err();
     assert_eq!(refused, ParameterError::PartialSum(Field::Weights, 1));
+}
+
+#[test]
+fn laws_are_refused_by_a_cascade_without_them() {
+    use hysteron::error::{Field, ParameterError};
+    for (choice, field) in [(RATE_LAW, Field::Exponent), (CONGRUENCY, Field::Kappa)] {
+        let refused = Cascade::<f64, 3, 2, 2>::new(&chain(choice), None).unwrap_err();
+        assert_eq!(refused, ParameterError::NotSupported(field));
+    }
 }

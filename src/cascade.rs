@@ -12,7 +12,8 @@
 //! limit, sensor lag, drift, hum and quantisation are passed over.
 //!
 //! The product of interleaving takes the drive of the sample before. Without latency that is the drive
-//! that was given out; ahead of time it is not known yet, and the static gain of the stage stands in.
+//! that was given out; ahead of time it is not known yet, and the static gain of the stage stands in. A
+//! drive that is already made must not: behind a mode the loop through its inverse would grow.
 //!
 //! Undoing a lag, a mode or a delay takes samples of the reference that are still to come, and so
 //! does the preview inverse of the hysteresis. The cascade takes the reference in
@@ -20,33 +21,77 @@
 //! the modes and lags of the stage attenuate, but of that all: a reference whose second derivative
 //! leaps makes the drive leap behind a mode, so references start and stop smoothly.
 
-use crate::chain::{CREEP_DECADES, Chain, Effects, MODES};
+use crate::chain::{CREEP_DECADES, Chain, DELAY_SPAN, Effects, MODES};
 use crate::effect::asymmetry::Asymmetry;
-use crate::effect::backlash::BacklashInverse;
+use crate::effect::backlash::{Backlash, BacklashInverse};
 use crate::effect::congruency::Congruency;
-use crate::effect::creep::CreepState;
-use crate::effect::delay::AdvanceState;
+use crate::effect::creep::{Creep, CreepState};
+use crate::effect::cubic::Cubic;
+use crate::effect::delay::{AdvanceState, Delay};
 use crate::effect::derivative::Samples;
-use crate::effect::interleaving::InterleavingState;
+use crate::effect::interleaving::{Interleaving, InterleavingState};
 use crate::effect::lag::Lag;
+use crate::effect::quadratic::Quadratic;
+use crate::effect::rate_power::RatePower;
 use crate::effect::resonance::Resonance;
-use crate::error::{ParameterError, SampleError};
+use crate::error::{Field, ParameterError, SampleError};
 use crate::hysteresis::preview::{PreviewInverse, PreviewSettings, PreviewState};
 use crate::hysteresis::{RateDependentPi, State};
 use crate::math::Real;
 
 /// Inverse of a [`Chain`], with a window of up to `WINDOW` samples where the hysteresis is inverted
 /// with a preview.
+///
+/// Rate laws and congruencies are undone `WITH_LAWS` only: they divide and take powers in each sample,
+/// which a target that has no use for them need not carry.
 #[derive(Clone, Copy, Debug)]
-pub struct Cascade<T, const N: usize, const M: usize, const WINDOW: usize> {
+pub struct Cascade<
+    T,
+    const N: usize,
+    const M: usize,
+    const WINDOW: usize,
+    const WITH_LAWS: bool = false,
+> {
     offset: T,
     per_gain: T,
     /// Drive for a displacement of one, in V/um, where all plays slide.
     per_static_gain: T,
-    effects: Effects<T>,
+    effects: Undone<T>,
     asymmetry: Option<Asymmetry<T, M>>,
     hysteresis: Hysteresis<T, N, WINDOW>,
     latency: usize,
+}
+
+/// The effects that are undone.
+#[derive(Clone, Copy, Debug)]
+struct Undone<T> {
+    amplifier_lag: Option<Lag<T>>,
+    transport_delay: Option<Delay<T, DELAY_SPAN>>,
+    rate_law: Option<RatePower<T>>,
+    quadratic: Option<Quadratic<T>>,
+    cubic: Option<Cubic<T>>,
+    backlash: Option<Backlash<T>>,
+    resonances: [Option<Resonance<T>>; MODES],
+    creep: Option<Creep<T, CREEP_DECADES>>,
+    output_quadratic: Option<Quadratic<T>>,
+    interleaving: Option<Interleaving<T>>,
+}
+
+impl<T: Real> Undone<T> {
+    fn new(effects: &Effects<T>) -> Self {
+        Self {
+            amplifier_lag: effects.amplifier_lag,
+            transport_delay: effects.transport_delay,
+            rate_law: effects.rate_law,
+            quadratic: effects.quadratic,
+            cubic: effects.cubic,
+            backlash: effects.backlash,
+            resonances: effects.resonances,
+            creep: effects.creep,
+            output_quadratic: effects.output_quadratic,
+            interleaving: effects.interleaving,
+        }
+    }
 }
 
 /// How the hysteresis is inverted.
@@ -85,27 +130,36 @@ enum HysteresisState<T, const N: usize, const WINDOW: usize> {
     Congruent { plays: [T; N], previous: T },
 }
 
-impl<T: Real, const N: usize, const M: usize, const WINDOW: usize> Cascade<T, N, M, WINDOW> {
+impl<T: Real, const N: usize, const M: usize, const WINDOW: usize, const WITH_LAWS: bool>
+    Cascade<T, N, M, WINDOW, WITH_LAWS>
+{
     /// The inverse of `chain`; of its hysteresis with a preview where `preview` says how and neither a
     /// rate law nor a congruency stands against it.
     ///
     /// # Errors
     /// A parameter of an inverse that leaves the range of `T`; those of
-    /// [`PreviewInverse::new`] and [`Congruency::check`].
+    /// [`PreviewInverse::new`] and [`Congruency::check`]; a rate law or a congruency without
+    /// `WITH_LAWS`.
     pub fn new(
         chain: &Chain<T, N, M>,
         preview: Option<PreviewSettings>,
     ) -> Result<Self, ParameterError> {
         let (model, effects) = (chain.model(), chain.effects());
         let operator = model.hysteresis();
+        if !WITH_LAWS && effects.rate_law.is_some() {
+            return Err(ParameterError::NotSupported(Field::Exponent));
+        }
+        if !WITH_LAWS && effects.congruency.is_some() {
+            return Err(ParameterError::NotSupported(Field::Kappa));
+        }
         let preview = preview.filter(|_| effects.rate_law.is_none());
         let hysteresis = match (&effects.congruency, preview) {
-            (Some(congruency), _) => {
+            (Some(congruency), _) if WITH_LAWS => {
                 congruency.check(operator)?;
                 Hysteresis::Congruent(*operator, *congruency)
             }
-            (None, None) => Hysteresis::Explicit(operator.inverse()?),
-            (None, Some(settings)) => Hysteresis::Preview(PreviewInverse::new(operator, settings)?),
+            (_, None) => Hysteresis::Explicit(operator.inverse()?),
+            (_, Some(settings)) => Hysteresis::Preview(PreviewInverse::new(operator, settings)?),
         };
         let bank = operator.bank().weights();
         let weights = bank.iter().fold(operator.weight_0(), |sum, &a| sum + a);
@@ -113,9 +167,9 @@ impl<T: Real, const N: usize, const M: usize, const WINDOW: usize> Cascade<T, N,
             offset: model.offset(),
             per_gain: T::ONE / model.gain(),
             per_static_gain: T::ONE / (model.gain() * weights),
-            effects: *effects,
+            effects: Undone::new(effects),
             asymmetry: model.asymmetry().map(Asymmetry::inverse).transpose()?,
-            latency: latency(effects, &hysteresis),
+            latency: latency(&Undone::new(effects), &hysteresis),
             hysteresis,
         })
     }
@@ -139,7 +193,10 @@ impl<T: Real, const N: usize, const M: usize, const WINDOW: usize> Cascade<T, N,
         let w = self.unscale(interleaving.as_ref(), y)?;
         let bent = self.unbend(w);
         let mut hysteresis = self.hysteresis.start(bent);
-        let drive = self.hysteresis.step(&mut hysteresis, effects, bent)?;
+        let law = self.law();
+        let drive = self
+            .hysteresis
+            .step::<WITH_LAWS>(&mut hysteresis, law, bent)?;
         Ok(CascadeState {
             interleaving,
             creep: effects.creep.map(|creep| creep.start(w)),
@@ -182,7 +239,10 @@ impl<T: Real, const N: usize, const M: usize, const WINDOW: usize> Cascade<T, N,
             w = gap.step_inverse(at, w);
         }
         let bent = self.unbend(w);
-        let mut u = self.hysteresis.step(&mut state.hysteresis, effects, bent)?;
+        let law = self.law();
+        let mut u = self
+            .hysteresis
+            .step::<WITH_LAWS>(&mut state.hysteresis, law, bent)?;
         if let (Some(lag), Some(at)) = (&effects.amplifier_lag, &mut state.amplifier_lag) {
             u = lag.step_inverse(at, u);
         }
@@ -198,6 +258,12 @@ impl<T: Real, const N: usize, const M: usize, const WINDOW: usize> Cascade<T, N,
             product.drove(at, y, drive);
         }
         Ok(u)
+    }
+
+    /// The rate law, if it can be there.
+    #[inline(always)]
+    fn law(&self) -> Option<&RatePower<T>> {
+        self.effects.rate_law.as_ref().filter(|_| WITH_LAWS)
     }
 
     /// From a displacement less its offset to what the modes and creep yield.
@@ -248,13 +314,12 @@ impl<T: Real, const N: usize, const WINDOW: usize> Hysteresis<T, N, WINDOW> {
     }
 
     #[inline(always)]
-    fn step(
+    fn step<const WITH_LAWS: bool>(
         &self,
         state: &mut HysteresisState<T, N, WINDOW>,
-        effects: &Effects<T>,
+        law: Option<&RatePower<T>>,
         w: T,
     ) -> Result<T, SampleError> {
-        let law = &effects.rate_law;
         match (self, state) {
             (Self::Explicit(inverse), HysteresisState::Explicit(at)) => Ok(match law {
                 Some(law) => {
@@ -267,7 +332,7 @@ impl<T: Real, const N: usize, const WINDOW: usize> Hysteresis<T, N, WINDOW> {
             (
                 Self::Congruent(operator, congruency),
                 HysteresisState::Congruent { plays, previous },
-            ) => {
+            ) if WITH_LAWS => {
                 let rate = ((w - *previous) / operator.sample_time()).abs();
                 *previous = w;
                 let opened = match law {
@@ -284,7 +349,7 @@ impl<T: Real, const N: usize, const WINDOW: usize> Hysteresis<T, N, WINDOW> {
 }
 
 fn latency<T: Real, const N: usize, const WINDOW: usize>(
-    effects: &Effects<T>,
+    effects: &Undone<T>,
     hysteresis: &Hysteresis<T, N, WINDOW>,
 ) -> usize {
     let modes = effects.resonances.iter().flatten().count();

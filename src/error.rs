@@ -188,6 +188,8 @@ pub enum ParameterError {
     /// The sum of the slopes up to this entry must have the sign of the first one and not nearly
     /// vanish beside them, or the map from input to output cannot be inverted.
     NotMonotone(Field, usize),
+    /// An inverse that was built without the part that this parameter needs.
+    NotSupported(Field),
 }
 
 impl fmt::Display for ParameterError {
@@ -239,6 +241,9 @@ impl fmt::Display for ParameterError {
             Self::Negative(field) => write!(f, "{}: must not be below zero", field.key()),
             Self::TooLarge(field) => write!(f, "{}: too large", field.key()),
             Self::TooSmall(field) => write!(f, "{}: too small", field.key()),
+            Self::NotSupported(field) => {
+                write!(f, "{}: this inverse was built without it", field.key())
+            }
             Self::NotMonotone(field, index) => write!(
                 f,
                 "{}[{index}]: the sum up to this entry must have the sign of the first one and not \

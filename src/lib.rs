@@ -11,7 +11,7 @@
 //! | [`play`] | the play operator with envelopes; a bank of them in a plain and in a stack form |
 //! | [`rate`] | the law that widens the envelopes with the rate of the input |
 //! | [`hysteresis`] | the rate-dependent Prandtl-Ishlinskii model, its analytic and its preview inverse; the modified play model |
-//! | [`effect`] | what a stage does besides hysteresis: asymmetry, curvature, lag, delay, modes, creep |
+//! | [`effect`] | what a stage does besides hysteresis: asymmetry, curvature, limits, lags, delay, backlash, modes, creep, interleaving, drift, hum, steps |
 //! | [`model`] | a whole stage: hysteresis, asymmetry, gain and offset |
 //! | [`chain`] | the same with every effect around it |
 //! | [`compensator`] | the inverses of a model in reverse order: reference in, drive out |

@@ -38,7 +38,7 @@ pub type Chain = hysteron::chain::Chain<f64, PLAYS, CORNERS>;
 /// built on the stack of a thread.
 pub const CASCADE_WINDOW: usize = 128;
 /// Its inverse.
-pub type Cascade = hysteron::cascade::Cascade<f64, PLAYS, CORNERS, CASCADE_WINDOW>;
+pub type Cascade = hysteron::cascade::Cascade<f64, PLAYS, CORNERS, CASCADE_WINDOW, true>;
 
 /// The model for samples that are `sample_time_s` seconds apart.
 ///

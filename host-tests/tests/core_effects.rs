@@ -3,9 +3,6 @@
 
 use std::f64::consts::TAU;
 
-use hysteron::cascade::Cascade;
-use hysteron::chain::{Chain, DELAY_SPAN, Effects};
-use hysteron::effect::asymmetry::{Asymmetry, Side};
 use hysteron::effect::creep::Creep;
 use hysteron::effect::cubic::Cubic;
 use hysteron::effect::delay::Delay;
@@ -13,8 +10,6 @@ use hysteron::effect::lag::Lag;
 use hysteron::effect::quadratic::Quadratic;
 use hysteron::effect::resonance::Resonance;
 use hysteron::error::{Field, ParameterError};
-use hysteron::hysteresis::Parameters;
-use hysteron::model::Model;
 use proptest::prelude::*;
 
 const H: f64 = 1e-4;
@@ -237,83 +232,4 @@ fn parameters_are_refused_by_name() {
         Creep::<f64, 2>::new(-3.0, 1e-5, 1e-5, H).unwrap_err(),
         ParameterError::TooSmall(Field::CreepGain)
     );
-}
-
-/// A smooth reference: starts and stops at rest, with all derivatives that a mode asks for.
-fn reference(samples: usize) -> Vec<f64> {
-    (0..samples)
-        .map(|k| {
-            let t = k as f64 / samples as f64;
-            let window = (TAU * t / 2.0).sin().powi(4);
-            30.0 * window * ((TAU * 6.0 * t).sin() + 0.3 * (TAU * 17.0 * t).cos())
-        })
-        .collect()
-}
-
-#[test]
-fn every_combination_of_effects_is_undone() {
-    let hysteresis = Parameters {
-        weights: &[0.8, 0.2, 0.1, 0.15],
-        thresholds: &[4.0, 9.0, 15.0],
-        beta: 0.0,
-    }
-    .build::<3>(H)
-    .unwrap();
-    let map = Asymmetry::<f64, 2>::new(
-        Side {
-            slopes: &[1.0, -0.1],
-            thresholds: &[5.0],
-        },
-        Side {
-            slopes: &[1.05, 0.1],
-            thresholds: &[7.0],
-        },
-    )
-    .unwrap();
-    let reference = reference(8_000);
-    let mut worst = 0.0f64;
-    for choice in 0..128u32 {
-        let chosen = |bit: u32| choice & (1 << bit) != 0;
-        let mut effects = Effects::default();
-        if chosen(0) {
-            effects.amplifier_lag = Some(Lag::new(3e-4, H).unwrap());
-        }
-        if chosen(1) {
-            effects.transport_delay = Some(Delay::<f64, DELAY_SPAN>::new(3.7e-4, H).unwrap());
-        }
-        if chosen(2) {
-            effects.quadratic = Some(Quadratic::new(2e-3).unwrap());
-        }
-        if chosen(3) {
-            effects.cubic = Some(Cubic::new(-3e-5).unwrap());
-        }
-        if chosen(4) {
-            effects.resonances[0] = Some(Resonance::new(310.0, 0.03, H).unwrap());
-        }
-        if chosen(5) {
-            effects.creep = Some(Creep::new(0.02, 1e-2, 10.0, H).unwrap());
-        }
-        let map = chosen(6).then_some(map);
-        let model = Model::new(hysteresis, map, 0.9, 2.0).unwrap();
-        let chain = Chain::new(model, effects);
-        let cascade = Cascade::<f64, 3, 2, 2>::new(&chain, None).unwrap();
-        let latency = cascade.latency();
-        let mut state = cascade.start(2.0).unwrap();
-        // Applied as it comes: a reference sample is reached `latency` samples after it went in, the
-        // samples of its own delay among them.
-        let mut plant = chain.start(0.0);
-        let mut taken = Vec::new();
-        let mut error = 0.0f64;
-        for (k, v) in reference.iter().enumerate() {
-            taken.push(2.0 + v);
-            let drive = cascade.step(&mut state, 2.0 + v).unwrap();
-            let y = chain.step(&mut plant, drive);
-            if k >= latency {
-                error = error.max((y - taken[k - latency]).abs());
-            }
-        }
-        worst = worst.max(error);
-        assert!(error < 0.03, "combination {choice:#b}: {error} um");
-    }
-    println!("largest error over 128 combinations: {worst:.1e} um");
 }

@@ -7,8 +7,6 @@
 //! (J 19, 24) is `p = 1`. With `u'` in V/s, `beta` counts in `V (s/V)^p`. A common shift of all thresholds
 //! leaves the analytic inverse as it is (J 14, 22), so the same law serves it, with `a_0 beta`.
 
-use core::fmt;
-
 use crate::error::{Field, ParameterError};
 use crate::math::{Real, min};
 
@@ -18,11 +16,9 @@ pub const EXPONENT_MOST: f64 = 4.0;
 const MOST: f64 = 1e30;
 
 /// `|u'|^p`.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RatePower<T> {
     exponent: T,
-    /// By reference, so that a program that builds no such law does not carry the function.
-    power: fn(T, T) -> T,
 }
 
 impl<T: Real> RatePower<T> {
@@ -35,27 +31,12 @@ impl<T: Real> RatePower<T> {
         if exponent > T::from_f64(EXPONENT_MOST) {
             return Err(ParameterError::TooLarge(Field::Exponent));
         }
-        Ok(Self {
-            exponent,
-            power: T::powf,
-        })
+        Ok(Self { exponent })
     }
 
     /// `|rate|^p`, what beta is multiplied with.
     #[inline(always)]
     pub fn step(&self, rate: T) -> T {
-        min((self.power)(rate.abs(), self.exponent), T::from_f64(MOST))
-    }
-}
-
-impl<T: PartialEq> PartialEq for RatePower<T> {
-    fn eq(&self, other: &Self) -> bool {
-        self.exponent == other.exponent
-    }
-}
-
-impl<T: fmt::Debug> fmt::Debug for RatePower<T> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_tuple("RatePower").field(&self.exponent).finish()
+        min(rate.abs().powf(self.exponent), T::from_f64(MOST))
     }
 }

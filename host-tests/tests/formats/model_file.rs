@@ -1,7 +1,9 @@
 //! Model files: read, written, refused, built in.
 
 use hysteron_host::model_file::{
-    Asymmetry, BUILTIN_NAMES, Harmonics, Hysteresis, Law, ModelFile, ModifiedPlay, Output, Stage,
+    AmplifierLag, Asymmetry, BUILTIN_NAMES, Backlash, Congruency, Creep, Cubic, Drift, Harmonics,
+    Hysteresis, Interleaving, Law, MainsHum, ModelFile, ModifiedPlay, Output, Quadratic,
+    Quantisation, RateLaw, Resonance, Saturation, SensorLag, SlewLimit, Stage, TransportDelay,
     TwoSided, builtin, load, parse, resolve,
 };
 use proptest::prelude::*;
@@ -147,17 +149,17 @@ fn refusals() {
         (
             "name = \"hysteresis\"\n",
             "",
-            "m.toml:10: the stage has no name; give it one of amplifier-lag, transport-delay, hysteresis, asymmetry, quadratic, cubic, resonance, creep, output-quadratic, output, modified-play",
+            "m.toml:10: the stage has no name; give it one of saturation, slew-limit, amplifier-lag, transport-delay, hysteresis, rate-law, congruency, asymmetry, quadratic, cubic, backlash, resonance, creep, output-quadratic, output, interleaving, sensor-lag, drift, mains-hum, quantisation, modified-play",
         ),
         (
             "\"hysteresis\"",
             "\"squeak\"",
-            "m.toml:11: there is no stage \"squeak\"; the stages are amplifier-lag, transport-delay, hysteresis, asymmetry, quadratic, cubic, resonance, creep, output-quadratic, output, modified-play",
+            "m.toml:11: there is no stage \"squeak\"; the stages are saturation, slew-limit, amplifier-lag, transport-delay, hysteresis, rate-law, congruency, asymmetry, quadratic, cubic, backlash, resonance, creep, output-quadratic, output, interleaving, sensor-lag, drift, mains-hum, quantisation, modified-play",
         ),
         (
             "\"hysteresis\"",
             "3",
-            "m.toml:11: the stage's name is not a string; use one of amplifier-lag, transport-delay, hysteresis, asymmetry, quadratic, cubic, resonance, creep, output-quadratic, output, modified-play",
+            "m.toml:11: the stage's name is not a string; use one of saturation, slew-limit, amplifier-lag, transport-delay, hysteresis, rate-law, congruency, asymmetry, quadratic, cubic, backlash, resonance, creep, output-quadratic, output, interleaving, sensor-lag, drift, mains-hum, quantisation, modified-play",
         ),
         (
             "beta_s = 0.0008572",
@@ -217,12 +219,12 @@ fn refusals() {
         (
             "name = \"output\"\ngain_um_per_v = 12.5\noffset_um = -1e-7",
             "name = \"hysteresis\"\nthresholds_v = []\nweights = [1]\nbeta_s = 0",
-            "m.toml:21: stage hysteresis stands after asymmetry; the order is amplifier-lag, transport-delay, hysteresis, asymmetry, quadratic, cubic, resonance, creep, output-quadratic, output",
+            "m.toml:21: stage hysteresis stands after asymmetry; the order is saturation, slew-limit, amplifier-lag, transport-delay, hysteresis, rate-law, congruency, asymmetry, quadratic, cubic, backlash, resonance, creep, output-quadratic, output, interleaving, sensor-lag, drift, mains-hum, quantisation",
         ),
         (
             "name = \"hysteresis\"\nthresholds_v = [9.715, 19.43]\nweights = [0.7236, 0.2906, -0.0416]\nbeta_s = 0.0008572",
             "name = \"output\"\ngain_um_per_v = 1\noffset_um = 1",
-            "m.toml:15: stage asymmetry stands after output; the order is amplifier-lag, transport-delay, hysteresis, asymmetry, quadratic, cubic, resonance, creep, output-quadratic, output",
+            "m.toml:15: stage asymmetry stands after output; the order is saturation, slew-limit, amplifier-lag, transport-delay, hysteresis, rate-law, congruency, asymmetry, quadratic, cubic, backlash, resonance, creep, output-quadratic, output, interleaving, sensor-lag, drift, mains-hum, quantisation",
         ),
         (
             "[[stage]]\nname = \"hysteresis\"\nthresholds_v = [9.715, 19.43]\nweights = [0.7236, 0.2906, -0.0416]\nbeta_s = 0.0008572\n",
@@ -357,6 +359,57 @@ prop_compose! {
     }
 }
 
+/// A stage of each effect, in the order of the signal, in front of the hysteresis and behind it.
+fn every_effect(numbers: &[f64]) -> [Vec<Stage>; 3] {
+    let n = |i: usize| numbers[i];
+    let before = vec![
+        Stage::Saturation(Saturation { limit_v: n(0) }),
+        Stage::SlewLimit(SlewLimit { slew_v_per_s: n(1) }),
+        Stage::AmplifierLag(AmplifierLag { tau_s: n(2) }),
+        Stage::TransportDelay(TransportDelay { delay_s: n(3) }),
+    ];
+    let mode = |f_n_hz, zeta| Stage::Resonance(Resonance { f_n_hz, zeta });
+    let core = vec![
+        Stage::RateLaw(RateLaw { exponent: n(4) }),
+        Stage::Congruency(Congruency { kappa: n(5) }),
+    ];
+    let behind = vec![
+        Stage::Quadratic(Quadratic { q: n(6) }),
+        Stage::Cubic(Cubic { c: n(7) }),
+        Stage::Backlash(Backlash { width: n(8) }),
+        mode(n(9), n(10)),
+        mode(n(11), n(12)),
+        Stage::Creep(Creep {
+            gain_per_decade: n(13),
+            tau_min_s: n(14),
+            tau_max_s: n(15),
+        }),
+        Stage::OutputQuadratic(Quadratic { q: n(16) }),
+    ];
+    [before, core, behind]
+}
+
+/// A stage of each effect that the sensor sees, in the order of the signal.
+fn every_effect_measured(numbers: &[f64]) -> Vec<Stage> {
+    let n = |i: usize| numbers[i];
+    vec![
+        Stage::Interleaving(Interleaving { g: n(0) }),
+        Stage::SensorLag(SensorLag { tau_s: n(1) }),
+        Stage::Drift(Drift {
+            amplitude: n(2),
+            tau_s: n(3),
+        }),
+        Stage::MainsHum(MainsHum {
+            frequency_hz: n(4),
+            amplitude: n(5),
+            phase_rad: n(6),
+            third_amplitude: n(7),
+            third_phase_rad: n(8),
+        }),
+        Stage::Quantisation(Quantisation { step: n(9) }),
+    ]
+}
+
 prop_compose! {
     fn any_staged_model()(plays in 0_usize..30)(
         name in any::<String>(),
@@ -365,14 +418,25 @@ prop_compose! {
         scalars in numbers(2),
         asymmetry in prop::option::of(two_sided()),
         output in any::<bool>(),
+        effects in numbers(27),
+        chosen in prop::collection::vec(any::<bool>(), 20),
     ) -> ModelFile {
         let hysteresis = Hysteresis { thresholds_v, weights, beta_s: scalars[0] };
         let mut stages = vec![Stage::Hysteresis(hysteresis)];
+        let [before, core, behind] = every_effect(&effects);
+        let mut chosen = chosen.into_iter();
+        let mut some = |stages: Vec<Stage>| -> Vec<Stage> {
+            stages.into_iter().filter(|_| chosen.next().unwrap()).collect()
+        };
+        stages.splice(0..0, some(before));
+        stages.extend(some(core));
         stages.extend(asymmetry.map(Stage::Asymmetry));
+        stages.extend(some(behind));
         stages.extend(output.then_some(Stage::Output(Output {
             gain_um_per_v: scalars[0],
             offset_um: scalars[1],
         })));
+        stages.extend(some(every_effect_measured(&effects[17..])));
         ModelFile::new(name, stages)
     }
 }

@@ -36,6 +36,13 @@ fn main() {
             println!("  {:16} fit {:.5} select {:.5} {:?}", f.order.last().unwrap().name(), f.joint.rms, f.select, f.joint.terms.iter().map(|t| (t.effect.name(), t.numbers.iter().map(|x| (x*1e4).round()/1e4).collect::<Vec<_>>())).collect::<Vec<_>>());
             let _ = last;
         }
+        if std::env::var("AGAIN").is_ok() {
+            let mut runs2 = runs.clone();
+            baseline::choose_starts(&mut runs2, base.between, &found[0].joint).unwrap();
+            let fit = JointFit::new(&runs2, base.between);
+            let found = search::expand(&fit, &c, &found.iter().take(4).map(|f| *f.order.last().unwrap()).collect::<Vec<_>>()).unwrap();
+            for f in &found { println!("  again {:16} fit {:.5} select {:.5}", f.order.last().unwrap().name(), f.joint.rms, f.select); }
+        }
         if std::env::var("TWO").is_ok() {
             let best = &found[0];
             let found = search::expand(&fit, best, &search::possible(&fit, best)).unwrap();

@@ -22,12 +22,12 @@ pub enum Baseline {
     RateIndependent,
 }
 
-/// Numbers of plays that are tried, growing.
-const PLAYS: [usize; 4] = [6, 12, 24, 40];
+/// Plays that are enough to see how a stage moves.
+const FEW: usize = 6;
+/// Plays that take any shape by their weights.
+const RICH: usize = 28;
 /// How much closer thresholds lie to each other near zero: the power of an even spread.
 const CROWDING: f64 = 1.3;
-/// By how much more plays must lower the rms on the select records.
-const WORTH_PLAYS: f64 = 0.98;
 /// By how much a smooth drive must lower the rms of the fit.
 const WORTH_SMOOTH: f64 = 0.99;
 
@@ -45,7 +45,7 @@ pub struct Saturated {
 /// Numbers that the core refuses.
 pub fn saturate(runs: &mut Runs, baseline: &Baseline) -> Result<Saturated, Error> {
     let terms = terms(runs, baseline);
-    for plays in [6, 12] {
+    for plays in [FEW, 2 * FEW] {
         let joint = {
             let fit = JointFit::new(runs, Between::Lines);
             fitted(&fit, crowded(&fit, plays), terms.clone())?
@@ -54,33 +54,22 @@ pub fn saturate(runs: &mut Runs, baseline: &Baseline) -> Result<Saturated, Error
     }
     let mut between = Between::Lines;
     let fit = JointFit::new(runs, between);
-    let mut best = fitted(&fit, crowded(&fit, PLAYS[0]), terms.clone())?;
-    let mut lowest = judged(&fit, &best)?;
+    let mut best = fitted(&fit, crowded(&fit, FEW), terms.clone())?;
     if best.core.beta > 0.0 {
         let smooth = JointFit::new(runs, Between::Smooth);
-        let other = fitted(&smooth, crowded(&smooth, PLAYS[0]), terms.clone())?;
+        let other = fitted(&smooth, crowded(&smooth, FEW), terms.clone())?;
         if other.rms < WORTH_SMOOTH * best.rms {
-            lowest = judged(&smooth, &other)?;
             (best, between) = (other, Between::Smooth);
         }
     }
-    let fit = JointFit::new(runs, between);
-    for plays in PLAYS.into_iter().skip(1) {
-        let richer = fitted(&fit, crowded(&fit, plays), best.terms.clone())?;
-        let score = judged(&fit, &richer)?;
-        let helps = score < WORTH_PLAYS * lowest;
-        if score < lowest {
-            (best, lowest) = (richer, score);
-        }
-        if !helps {
-            break;
-        }
+    {
+        let fit = JointFit::new(runs, between);
+        best = fitted(&fit, crowded(&fit, RICH), best.terms)?;
     }
-    drop(fit);
     choose_starts(runs, between, &best)?;
     let fit = JointFit::new(runs, between);
-    let kept = worth_keeping(&best);
-    let joint = fitted(&fit, kept, best.terms)?;
+    fit.settle(&mut best)?;
+    let joint = best;
     Ok(Saturated { joint, between })
 }
 
@@ -107,17 +96,6 @@ fn crowded(fit: &JointFit<'_>, plays: usize) -> Vec<f64> {
     let widest = fit.seen().threshold_v;
     (1..=plays)
         .map(|i| widest * (i as f64 / plays as f64).powf(CROWDING))
-        .collect()
-}
-
-/// Thresholds with a weight, and their neighbours: with effects beside them the weights will move.
-fn worth_keeping(joint: &Joint) -> Vec<f64> {
-    let weights = &joint.core.weights;
-    let has = |i: usize| weights.get(i).is_some_and(|&a| a > 0.0);
-    let keep = |i: &usize| has(*i) || has(i + 1) || (*i > 1 && has(i - 1));
-    (1..weights.len())
-        .filter(keep)
-        .map(|i| joint.core.thresholds[i - 1])
         .collect()
 }
 

@@ -228,6 +228,7 @@ fn minor_loops_grow_with_the_bias_in_other_families() {
     for seed in 1..=8 {
         let mut plant = crate::support::hide(&[], seed, Tier::Other).plant;
         plant.baseline.beta_s = 0.0;
+        let relays = matches!(plant.baseline.core.family, Family::Relays(_));
         let (middle, half) = (plant.setup.middle_v(), plant.setup.half_v());
         let largest = plant.setup.drive_max_v;
         let mut width = |bias: f64, laws: Vec<Law>| {
@@ -246,10 +247,9 @@ fn minor_loops_grow_with_the_bias_in_other_families() {
         };
         let (less, equal, more) = (ratio(-0.3 / largest), ratio(0.0), ratio(0.3 / largest));
         assert!(less < equal && equal < more, "{less} {equal} {more}");
-        near(equal, 1.0, 0.05);
-        assert!(matches!(
-            plant.baseline.core.family,
-            Family::Relays(_) | Family::BoucWen { .. }
-        ));
+        // Loops of Bouc and Wen's equation are congruent for no parameters.
+        if relays {
+            near(equal, 1.0, 0.05);
+        }
     }
 }

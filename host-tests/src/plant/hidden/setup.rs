@@ -115,7 +115,7 @@ impl Baseline {
     /// The hysteresis of a seed and tier.
     pub(super) fn draw(seed: u64, tier: Tier, setup: &Setup, rate_term: RateTerms) -> Self {
         let mut draw = Draw::new(seed, Stream::Stage, 1);
-        let hysteresis_percent = draw.uniform(10.0, 25.0);
+        let wanted_percent = draw.uniform(10.0, 25.0);
         let with_rate = draw.chance(0.7);
         let mild_s = draw.log_uniform(0.002, 0.012) / setup.top_hz;
         let half_v = setup.half_v();
@@ -129,16 +129,20 @@ impl Baseline {
                 reach_v: draw.uniform(6.0, 10.0) * half_v,
             }),
             Tier::Other => {
-                let grow_per_v = draw.uniform(2.0, 6.0) / half_v;
+                // So wide that the output turns with the drive, at any width of the loop.
+                let grow_per_v = draw.uniform(1.0, 2.0) / half_v;
                 Family::BoucWen {
                     grow_per_v,
                     shape_per_v: draw.uniform(-0.3, 0.3) * grow_per_v,
-                    weight: 1.0,
+                    // z runs ahead of the drive and a piezo's displacement behind it.
+                    weight: -1.0,
                 }
             }
         };
+        let (core, hysteresis_percent) =
+            Core::calibrated(family, setup.middle_v(), half_v, wanted_percent);
         Self {
-            core: Core::calibrated(family, setup.middle_v(), half_v, hysteresis_percent),
+            core,
             hysteresis_percent,
             beta_s: match rate_term {
                 RateTerms::None => 0.0,

@@ -15,7 +15,7 @@ use super::effect::{Choice, Effect};
 use super::law::Law;
 use super::protocol::{Plan, Protocol, plan};
 use super::session::Session;
-use super::setup::{Baseline, Setup};
+use super::setup::{Baseline, RateTerms, Setup};
 use super::shape::{Extent, Shape};
 use super::truth::{EffectTruth, StageTruth, Truth};
 
@@ -45,7 +45,7 @@ pub struct HiddenCase {
     /// What is recorded.
     pub protocol: Protocol,
     /// Whether the baseline has a rate term; drawn by the seed where not said. A hidden
-    /// `rate-dependence` means none, a hidden `rate-law` means one.
+    /// `rate-dependence` means none, a hidden `rate-law` a strong one.
     pub rate_term: Option<bool>,
 }
 
@@ -96,11 +96,15 @@ impl HiddenCase {
         let setup = Setup::draw(self.seed);
         let session = Session::new(plan(self.protocol, &setup, self.seed));
         let rate_term = if effects.contains(&Effect::RateDependence) {
-            Some(false)
+            RateTerms::None
         } else if effects.contains(&Effect::RateLaw) {
-            Some(true)
+            RateTerms::Strong
         } else {
-            self.rate_term
+            match self.rate_term {
+                None => RateTerms::Drawn,
+                Some(false) => RateTerms::None,
+                Some(true) => RateTerms::Mild,
+            }
         };
         let bare = HiddenPlant {
             tier: self.tier,

@@ -10,7 +10,7 @@ use super::setup::{Baseline, Setup};
 /// Fine steps a sample of tiers 2 and 3, and least of tier 4.
 const FINER: usize = 8;
 /// Runge-Kutta steps a period of a mode.
-const STEPS_A_PERIOD: f64 = 40.0;
+const STEPS_A_PERIOD: f64 = 20.0;
 /// Most fine steps a sample.
 const MOST_STEPS: f64 = 500.0;
 /// Time constant with which the contact of a compliant gap yields, as a share of a top period.

@@ -24,7 +24,7 @@ pub enum Family {
         grow_per_v: f64,
         /// 1/V.
         shape_per_v: f64,
-        /// Share of z in the output.
+        /// Share of z in the output; negative for a loop that lags behind the drive.
         weight: f64,
     },
 }
@@ -64,8 +64,14 @@ pub struct Core {
 
 impl Core {
     /// The core with its hysteresis scaled to `percent` of the output's range over `middle +- half`
-    /// and then as a whole, so that the output spans as much as the drive.
-    pub(super) fn calibrated(family: Family, middle_v: f64, half_v: f64, percent: f64) -> Self {
+    /// and then as a whole, so that the output spans as much as the drive; and the percentage
+    /// reached, which is less where the drive itself would be left with a quarter of the output.
+    pub(super) fn calibrated(
+        family: Family,
+        middle_v: f64,
+        half_v: f64,
+        percent: f64,
+    ) -> (Self, f64) {
         const CYCLE: usize = 400;
         let drive: Vec<f64> = (0..=2 * CYCLE)
             .map(|k| middle_v + half_v * (TAU * k as f64 / CYCLE as f64).sin())
@@ -81,28 +87,23 @@ impl Core {
             let pairs = input.iter().zip(&hysteresis[CYCLE..]);
             pairs.map(|(u, added)| u + scale * added).collect()
         };
-        let (mut low, mut high) = (0.0, 1.0);
-        let too_little =
-            |scale: f64| hysteresis_percent(input, &output(scale)).is_ok_and(|now| now < percent);
-        while too_little(high) && high < 1e6 {
-            high *= 2.0;
-        }
+        let reached =
+            |scale: f64| hysteresis_percent(input, &output(scale)).unwrap_or(f64::INFINITY);
+        let most = 3.0 * 2.0 * half_v / span(&hysteresis[CYCLE..]).max(f64::MIN_POSITIVE);
+        let (mut low, mut high) = (0.0, most);
         for _ in 0..50 {
             let middle = 0.5 * (low + high);
-            if too_little(middle) {
+            if reached(middle) < percent {
                 low = middle;
             } else {
                 high = middle;
             }
         }
-        let output = output(high);
-        let span = output.iter().fold(f64::MIN, |a, &b| a.max(b))
-            - output.iter().fold(f64::MAX, |a, &b| a.min(b));
-        let norm = 2.0 * half_v / span;
+        let norm = 2.0 * half_v / span(&output(high));
         let mut core = unit;
         core.direct = norm;
         core.scale(high * norm);
-        core
+        (core, reached(high))
     }
 
     fn scale(&mut self, factor: f64) {
@@ -154,6 +155,16 @@ impl Core {
             .collect();
         (before, during)
     }
+}
+
+/// Largest less least sample.
+fn span(signal: &[f64]) -> f64 {
+    let ends = signal
+        .iter()
+        .fold((f64::MAX, f64::MIN), |(least, most), &x| {
+            (x.min(least), x.max(most))
+        });
+    ends.1 - ends.0
 }
 
 /// The running hysteresis.

@@ -2,6 +2,7 @@
 
 use rand_distr::{Distribution, StandardNormal, StandardUniform};
 use rand_pcg::Pcg64;
+use rand_pcg::rand_core::SeedableRng;
 
 /// What a stream of random numbers is for; streams of one seed do not touch each other, so that the
 /// same stage is drawn whatever is hidden in it.
@@ -20,10 +21,11 @@ pub(super) struct Draw(Pcg64);
 impl Draw {
     /// The stream; `part` tells apart several of one purpose.
     pub(super) fn new(seed: u64, stream: Stream, part: u64) -> Self {
-        let stream = u128::from(part) << 8 | stream as u128;
-        Self(Pcg64::new(
-            u128::from(seed) << 64 | 0x9e37_79b9_7f4a_7c15,
-            stream,
+        let words = [stream as u64, part];
+        Self(Pcg64::seed_from_u64(
+            words
+                .into_iter()
+                .fold(mixed(seed), |sum, word| mixed(sum ^ word)),
         ))
     }
 
@@ -63,4 +65,13 @@ impl Draw {
     pub(super) fn normal(&mut self) -> f64 {
         StandardNormal.sample(&mut self.0)
     }
+}
+
+/// Steele, Lea and Flood's SplitMix64: seeds that differ in a bit give streams that have nothing in
+/// common.
+fn mixed(seed: u64) -> u64 {
+    let mut z = seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
 }

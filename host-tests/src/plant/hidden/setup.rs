@@ -101,13 +101,23 @@ pub struct Baseline {
     pub beta_s: f64,
 }
 
+/// Which rate term a baseline has.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum RateTerms {
+    None,
+    Mild,
+    Strong,
+    /// None or a mild one.
+    Drawn,
+}
+
 impl Baseline {
-    /// The hysteresis of a seed and tier; `rate_term` overrides whether there is one.
-    pub(super) fn draw(seed: u64, tier: Tier, setup: &Setup, rate_term: Option<bool>) -> Self {
+    /// The hysteresis of a seed and tier.
+    pub(super) fn draw(seed: u64, tier: Tier, setup: &Setup, rate_term: RateTerms) -> Self {
         let mut draw = Draw::new(seed, Stream::Stage, 1);
-        let hysteresis_percent = draw.uniform(10.0, 25.0);
+        let wanted_percent = draw.uniform(10.0, 25.0);
         let with_rate = draw.chance(0.7);
-        let beta_s = draw.log_uniform(0.002, 0.012) / setup.top_hz;
+        let mild_s = draw.log_uniform(0.002, 0.012) / setup.top_hz;
         let half_v = setup.half_v();
         let family = match tier {
             Tier::Same | Tier::Finer => few_plays(&mut draw, half_v),
@@ -119,21 +129,27 @@ impl Baseline {
                 reach_v: draw.uniform(6.0, 10.0) * half_v,
             }),
             Tier::Other => {
-                let grow_per_v = draw.uniform(2.0, 6.0) / half_v;
+                // So wide that the output turns with the drive, at any width of the loop.
+                let grow_per_v = draw.uniform(1.0, 2.0) / half_v;
                 Family::BoucWen {
                     grow_per_v,
                     shape_per_v: draw.uniform(-0.3, 0.3) * grow_per_v,
-                    weight: 1.0,
+                    // z runs ahead of the drive and a piezo's displacement behind it.
+                    weight: -1.0,
                 }
             }
         };
+        let (core, hysteresis_percent) =
+            Core::calibrated(family, setup.middle_v(), half_v, wanted_percent);
         Self {
-            core: Core::calibrated(family, setup.middle_v(), half_v, hysteresis_percent),
+            core,
             hysteresis_percent,
-            beta_s: if rate_term.unwrap_or(with_rate) {
-                beta_s
-            } else {
-                0.0
+            beta_s: match rate_term {
+                RateTerms::None => 0.0,
+                RateTerms::Drawn if !with_rate => 0.0,
+                RateTerms::Drawn | RateTerms::Mild => mild_s,
+                // Of a mild term's law not even the exponent could be told.
+                RateTerms::Strong => 5.0 * mild_s,
             },
         }
     }

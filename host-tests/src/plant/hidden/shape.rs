@@ -91,7 +91,7 @@ impl Shape {
                 delay_s: 0.15 / top_hz * size,
             },
             Effect::RateDependence => Law::RateDependence {
-                beta_s: 0.05 / top_hz * size,
+                beta_s: 0.15 / top_hz * size,
             },
             Effect::RateLaw => Law::RateLaw {
                 exponent: 1.0 + 0.6 * signed,
@@ -122,7 +122,8 @@ impl Shape {
             },
             Effect::Resonance => {
                 // Down from beyond all drives to within their band.
-                let (high, low) = (0.35 * sample_rate_hz, 0.7 * top_hz);
+                let high = (0.35 * sample_rate_hz).min(6.0 * top_hz);
+                let low = 0.7 * top_hz;
                 Law::Resonance {
                     f_n_hz: high * (low / high).powf(size),
                     zeta: log_between(0, 0.01, 0.06),

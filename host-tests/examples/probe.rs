@@ -10,7 +10,7 @@ fn main() {
         let t0 = Instant::now();
         let mut runs = Runs::new(&dataset).unwrap();
         let noise = hysteron_host::identify::noise::floor(&runs.runs);
-        let base = baseline::saturate(&mut runs, &Default::default()).unwrap();
+        let base = baseline::saturate(&mut runs, &Default::default(), if std::env::var("SESSION").is_ok() {baseline::Histories::Session} else {baseline::Histories::Each}).unwrap();
         let fit = JointFit::new(&runs, base.between);
         let sel = fit.rms(&base.joint.core, &base.joint.terms, Role::Select).unwrap();
         println!("{path}\n noise {noise:?} baseline fit {:.5} select {sel:.5} plays {} beta {:.3e} {:?} span {:.1} samples {} t {:?}", base.joint.rms, base.joint.core.thresholds.len(), base.joint.core.beta, base.between, runs.frequency_span, runs.runs.iter().map(|r|r.drive.len()).sum::<usize>(), t0.elapsed());
@@ -38,7 +38,7 @@ fn main() {
         }
         if std::env::var("AGAIN").is_ok() {
             let mut runs2 = runs.clone();
-            baseline::choose_starts(&mut runs2, base.between, &found[0].joint).unwrap();
+            baseline::choose_starts(&mut runs2, base.between, &found[0].joint, baseline::Histories::Each).unwrap();
             let fit = JointFit::new(&runs2, base.between);
             let found = search::expand(&fit, &c, &found.iter().take(4).map(|f| *f.order.last().unwrap()).collect::<Vec<_>>()).unwrap();
             for f in &found { println!("  again {:16} fit {:.5} select {:.5}", f.order.last().unwrap().name(), f.joint.rms, f.select); }

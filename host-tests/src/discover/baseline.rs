@@ -39,20 +39,33 @@ pub struct Saturated {
     pub between: Between,
 }
 
+/// How the records began.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Histories {
+    /// Every record goes on from where the one before it in time ended.
+    Session,
+    /// Each from whichever history on the menu explains it best.
+    Each,
+}
+
 /// Saturates the core and chooses the state that each run starts in.
 ///
 /// # Errors
 /// Numbers that the core refuses.
-pub fn saturate(runs: &mut Runs, baseline: &Baseline) -> Result<Saturated, Error> {
+pub fn saturate(
+    runs: &mut Runs,
+    baseline: &Baseline,
+    histories: Histories,
+) -> Result<Saturated, Error> {
     let terms = terms(runs, baseline);
+    let mut between = Between::Lines;
     for plays in [FEW, 2 * FEW] {
         let joint = {
-            let fit = JointFit::new(runs, Between::Lines);
+            let fit = JointFit::new(runs, between);
             fitted(&fit, crowded(&fit, plays), terms.clone())?
         };
-        choose_starts(runs, Between::Lines, &joint)?;
+        choose_starts(runs, between, &joint, histories)?;
     }
-    let mut between = Between::Lines;
     let fit = JointFit::new(runs, between);
     let mut best = fitted(&fit, crowded(&fit, FEW), terms.clone())?;
     if best.core.beta > 0.0 {
@@ -66,11 +79,14 @@ pub fn saturate(runs: &mut Runs, baseline: &Baseline) -> Result<Saturated, Error
         let fit = JointFit::new(runs, between);
         best = fitted(&fit, crowded(&fit, RICH), best.terms)?;
     }
-    choose_starts(runs, between, &best)?;
+    choose_starts(runs, between, &best, histories)?;
     let fit = JointFit::new(runs, between);
+    best.rms = fit.rms(&best.core, &best.terms, Role::Fit)?;
     fit.settle(&mut best)?;
-    let joint = best;
-    Ok(Saturated { joint, between })
+    Ok(Saturated {
+        joint: best,
+        between,
+    })
 }
 
 fn terms(runs: &Runs, baseline: &Baseline) -> Terms {
@@ -110,8 +126,21 @@ pub fn judged(fit: &JointFit<'_>, joint: &Joint) -> Result<f64, Error> {
     })
 }
 
-/// Gives every run the history from the menu under which the model explains it best.
-pub fn choose_starts(runs: &mut Runs, between: Between, joint: &Joint) -> Result<(), Error> {
+/// Gives every run its history: that of a session, or the one from the menu under which the model
+/// explains it best.
+///
+/// # Errors
+/// Numbers that the core refuses.
+pub fn choose_starts(
+    runs: &mut Runs,
+    between: Between,
+    joint: &Joint,
+    histories: Histories,
+) -> Result<(), Error> {
+    if histories == Histories::Session {
+        runs.runs.iter_mut().for_each(|run| run.start = Start::Carried);
+        return Ok(());
+    }
     let mut menu = vec![Start::Carried];
     menu.extend(Start::menu(runs.drive_range));
     let predicted = JointFit::new(runs, between).predicted(&joint.core, &joint.terms)?;

@@ -6,6 +6,7 @@ use clap::{Args, Subcommand};
 
 use hysteron_host::dataset::Dataset;
 use hysteron_host::error::Error;
+use hysteron_host::experiment::beyond;
 use hysteron_host::experiment::demo;
 use hysteron_host::experiment::j::{self, Plant};
 use hysteron_host::experiment::m;
@@ -14,7 +15,7 @@ use hysteron_host::output::OutputFolder;
 
 use super::progress;
 
-/// Reproduce a paper's experiments.
+/// Reproduce a paper's experiments, or go beyond them.
 #[derive(Debug, Args)]
 pub struct Arguments {
     #[command(subcommand)]
@@ -36,6 +37,13 @@ enum Experiment {
         #[arg(long, value_name = "DIR")]
         out: PathBuf,
     },
+    /// Every compensator over both papers' ranges on plants that none of them was derived from, with
+    /// parameters identified and 10 % off, and with feedback; writes beyond.json and report.html.
+    Beyond {
+        /// The folder to write to.
+        #[arg(long, value_name = "DIR")]
+        out: PathBuf,
+    },
 }
 
 /// Runs one experiment.
@@ -43,6 +51,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     match &arguments.experiment {
         Experiment::J { out } => paper_j(out),
         Experiment::M { out } => paper_m(out),
+        Experiment::Beyond { out } => beyond_both(out),
     }
 }
 
@@ -116,6 +125,44 @@ fn paper_m(out: &Path) -> Result<(), Error> {
         }
     }
     println!("written to {}: report.html, m.json", out.display());
+    Ok(())
+}
+
+fn beyond_both(out: &Path) -> Result<(), Error> {
+    let mut folder = OutputFolder::create(out)?;
+    let frequencies_hz = beyond::paper_m_hz();
+    let extent = beyond::Extent {
+        against_dim_hz: &frequencies_hz,
+        wanted: &|_, _| true,
+    };
+    let bar = progress::bar("experiment beyond", extent.pieces());
+    let results = beyond::run(&extent, &|| bar.inc(1))?;
+    bar.finish_and_clear();
+    folder.add("beyond.json", format!("{:#}\n", results.to_json()))?;
+    folder.add("report.html", results.page().to_html())?;
+    folder.commit()?;
+
+    println!("median rms error (um)       identified   10 % off   best   broken     of");
+    for standing in &results.standings {
+        let figure = |um: Option<f64>| um.map_or("refused".to_owned(), |um| format!("{um:.2}"));
+        println!(
+            "{:<18}{:<17}{:>3} {:>10} {:>6} {:>8} {:>6}",
+            standing.plant.title(),
+            standing.compensator.name(),
+            figure(standing.median_rms_um),
+            figure(standing.median_rms_um_wrong),
+            standing.best,
+            standing.broken,
+            standing.references,
+        );
+    }
+    let found = &results.comparison;
+    println!(
+        "bimorph, 1 to 110 Hz: the cascade leaves {:.1} times less than DIM (median), at most {:.2} um",
+        found.median_ratio,
+        1e3 * found.worst_mm,
+    );
+    println!("written to {}: report.html, beyond.json", out.display());
     Ok(())
 }
 

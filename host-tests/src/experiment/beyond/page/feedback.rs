@@ -5,6 +5,7 @@ use crate::experiment::beyond::feedback::{FourWays, gains};
 use crate::experiment::beyond::plants::PLANTS;
 use crate::report::{Cell, Section, format_number};
 
+use super::standings::unbroken;
 use super::three;
 
 /// Table and sentences.
@@ -39,7 +40,7 @@ pub fn fill(section: &mut Section, results: &Results) {
         ],
         results.feedback.iter().map(|row| {
             let mut cells: Vec<Cell> = vec![
-                row.plant.title().into(),
+                unbroken(row.plant.title()).into(),
                 row.frequency_hz.into(),
                 if row.wrong {
                     "10 % off"

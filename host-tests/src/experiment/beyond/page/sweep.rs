@@ -5,10 +5,9 @@ use crate::experiment::beyond::compensators::COMPENSATORS;
 use crate::experiment::beyond::inputs::Shape;
 use crate::experiment::beyond::plants::Plant;
 use crate::experiment::beyond::sweep::{Entry, Errors, Outcome, Row};
-use crate::report::{Axis, Cell, Plot, Section, Series, Style};
+use crate::report::{Axis, Cell, Plot, Section, Series, Style, format_number};
 
-use super::standings::place;
-use super::three;
+use super::standings::{place, unbroken};
 
 type Of = fn(&Entry) -> &Outcome;
 type Pick = fn(&Errors) -> [f64; 2];
@@ -28,13 +27,23 @@ pub fn fill(section: &mut Section, results: &Results, plant: Plant) {
         plant.describe(),
         plant.amplitude_um()
     ));
+    // Over the bimorph's range things happen from one hertz to the next, high up too.
+    let frequency = || match plant {
+        Plant::Plays | Plant::Relays => Axis::log("Frequency", "Hz"),
+        Plant::Bimorph => Axis::linear("Frequency", "Hz"),
+    };
     section.plot(
-        curves("Sines: rms error", &rows, IDENTIFIED)
+        curves("Sines: rms error", &rows, IDENTIFIED, frequency())
             .caption("Parameters identified from records of the plant. A gap: no drive."),
     );
     section.plot(
-        curves("Sines: rms error, plant 10 % off", &rows, WRONG)
-            .caption("Median of five draws, the compensators as before."),
+        curves(
+            "Sines: rms error, plant 10 % off",
+            &rows,
+            WRONG,
+            frequency(),
+        )
+        .caption("Median of five draws, the compensators as before."),
     );
     let rms: Pick = |errors| [errors.rms_um, errors.rms_percent];
     let largest: Pick = |errors| [errors.largest_um, errors.largest_percent];
@@ -45,7 +54,7 @@ pub fn fill(section: &mut Section, results: &Results, plant: Plant) {
         ("Plant 10 % off, largest error", WRONG, largest),
     ] {
         section.paragraph(format!(
-            "{text} in µm, and in % of the reference's {}. ✕: lost or refused, the reasons below.",
+            "{text} in µm, behind the stroke in % of the reference's {}.",
             if text.ends_with("rms error") || text.starts_with("Rms") {
                 "rms"
             } else {
@@ -56,19 +65,16 @@ pub fn fill(section: &mut Section, results: &Results, plant: Plant) {
     }
     let reasons = reasons(&rows);
     if !reasons.is_empty() {
+        section.paragraph("✕: more than a plant at rest would leave. Why, and why refused:");
         section.list(reasons);
     }
 }
 
-fn curves(title: &str, rows: &[&Row], of: Of) -> Plot {
+fn curves(title: &str, rows: &[&Row], of: Of, frequency: Axis) -> Plot {
     let sines = || rows.iter().filter(|row| row.input.shape == Shape::Sine);
     let x: Vec<f64> = sines().map(|row| row.input.frequency_hz).collect();
     COMPENSATORS.into_iter().fold(
-        Plot::new(
-            title,
-            Axis::log("Frequency", "Hz"),
-            Axis::log("Rms error", "um"),
-        ),
+        Plot::new(title, frequency, Axis::log("Rms error", "um")),
         |plot, compensator| {
             let y: Vec<f64> = sines()
                 .map(|row| {
@@ -82,23 +88,37 @@ fn curves(title: &str, rows: &[&Row], of: Of) -> Plot {
 }
 
 fn table(section: &mut Section, rows: &[&Row], of: Of, pick: Pick) {
-    let headers = std::iter::once("Reference").chain(COMPENSATORS.map(|c| c.name()));
+    let names = COMPENSATORS.map(|compensator| unbroken(compensator.name()));
+    let headers = std::iter::once("Reference".to_owned()).chain(names);
     let cell = |entry: &Entry| match of(entry) {
-        Outcome::Refused { .. } => Cell::from("✕ refused"),
-        Outcome::Lost { errors, .. } => Cell::Text(format!("✕ {}", pair(pick(errors)))),
+        Outcome::Refused { .. } => Cell::from("refused"),
+        Outcome::Lost { errors, .. } => Cell::Text(format!("{}\u{a0}✕", pair(pick(errors)))),
         Outcome::Followed { errors } => Cell::Text(pair(pick(errors))),
     };
     section.table(
         headers,
         rows.iter().map(|row| {
-            let first = std::iter::once(Cell::Text(place(&row.input)));
+            let first = std::iter::once(Cell::Text(unbroken(&place(&row.input))));
             first.chain(row.entries.iter().map(cell)).collect()
         }),
     );
 }
 
 fn pair([um, percent]: [f64; 2]) -> String {
-    format!("{} ({} %)", three(um), three(percent))
+    format!("{}\u{a0}/\u{a0}{}", two(um), two(percent))
+}
+
+/// Two decimals where there is something before the point, two digits where there is not.
+fn two(value: f64) -> String {
+    if value >= 100.0 {
+        format!("{value:.0}")
+    } else if value >= 10.0 {
+        format!("{value:.1}")
+    } else if value >= 0.1 {
+        format!("{value:.2}")
+    } else {
+        format_number(format!("{value:.1e}").parse().unwrap_or(value))
+    }
 }
 
 /// Why compensators were lost or refused: each reason once, with the references.

@@ -22,8 +22,8 @@ const THIRD: f64 = 0.02;
 pub fn page(results: &Results) -> Page {
     let mut page = Page::new("Beyond both papers: seven ways from the reference to the drive");
     page.lead(
-        "Three simulated plants that none of the compensators was derived from, driven over both \
-         papers' ranges. Every parameter was identified from records of the plant: ten seconds at most, \
+        "Three simulated plants, none of them a compensator's own model and two of another family of \
+         hysteresis, driven over both papers' ranges. Every parameter was identified from records of the plant: ten seconds at most, \
          once for all references; direct inverse multiplication (DIM) anew at each frequency, from three \
          seconds. All references begin and end smoothly over 0.2 s.",
     );

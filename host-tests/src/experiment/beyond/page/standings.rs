@@ -51,7 +51,7 @@ fn row(standing: &Standing) -> Vec<Cell> {
         figure(standing.worst_rms_um),
         standing
             .worst_at
-            .map_or(Cell::from("–"), |at| unbroken(&place(&at)).into()),
+            .map_or(Cell::from("–"), |at| place(&at).into()),
     ]
 }
 

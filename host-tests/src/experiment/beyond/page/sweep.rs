@@ -7,7 +7,7 @@ use crate::experiment::beyond::plants::Plant;
 use crate::experiment::beyond::sweep::{Entry, Errors, Outcome, Row};
 use crate::report::{Axis, Cell, Plot, Section, Series, Style, format_number};
 
-use super::standings::{place, unbroken};
+use super::standings::place;
 
 type Of = fn(&Entry) -> &Outcome;
 type Pick = fn(&Errors) -> [f64; 2];
@@ -88,8 +88,8 @@ fn curves(title: &str, rows: &[&Row], of: Of, frequency: Axis) -> Plot {
 }
 
 fn table(section: &mut Section, rows: &[&Row], of: Of, pick: Pick) {
-    let names = COMPENSATORS.map(|compensator| unbroken(compensator.name()));
-    let headers = std::iter::once("Reference".to_owned()).chain(names);
+    let names = COMPENSATORS.map(|compensator| compensator.name());
+    let headers = std::iter::once("Reference").chain(names);
     let cell = |entry: &Entry| match of(entry) {
         Outcome::Refused { .. } => Cell::from("refused"),
         Outcome::Lost { errors, .. } => Cell::Text(format!("{}\u{a0}✕", pair(pick(errors)))),
@@ -98,21 +98,25 @@ fn table(section: &mut Section, rows: &[&Row], of: Of, pick: Pick) {
     section.table(
         headers,
         rows.iter().map(|row| {
-            let first = std::iter::once(Cell::Text(unbroken(&place(&row.input))));
+            let first = std::iter::once(Cell::Text(place(&row.input)));
             first.chain(row.entries.iter().map(cell)).collect()
         }),
     );
 }
 
 fn pair([um, percent]: [f64; 2]) -> String {
-    format!("{}\u{a0}/\u{a0}{}", two(um), two(percent))
+    format!(
+        "{}\u{a0}/\u{a0}{}",
+        digits(um, 100.0),
+        digits(percent, 10.0)
+    )
 }
 
-/// Two decimals where there is something before the point, two digits where there is not.
-fn two(value: f64) -> String {
-    if value >= 100.0 {
+/// As many digits as are worth reading: a whole number from `whole` on, two digits below one.
+fn digits(value: f64, whole: f64) -> String {
+    if value >= whole {
         format!("{value:.0}")
-    } else if value >= 10.0 {
+    } else if value >= 0.1 * whole {
         format!("{value:.1}")
     } else if value >= 0.1 {
         format!("{value:.2}")

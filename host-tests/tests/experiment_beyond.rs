@@ -26,6 +26,7 @@ fn wanted(plant: Plant, input: &Input) -> bool {
 const EXTENT: Extent<'static> = Extent {
     against_dim_hz: &[7.0, 25.0, 60.0],
     wanted: &wanted,
+    feedback_hz: &[5.0, 50.0],
 };
 
 static PIECES: AtomicU64 = AtomicU64::new(0);

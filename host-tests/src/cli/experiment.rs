@@ -12,6 +12,8 @@ use hysteron_host::experiment::j::{self, Plant};
 use hysteron_host::experiment::m;
 use hysteron_host::identify::{Options, identify};
 use hysteron_host::output::OutputFolder;
+use hysteron_host::report::Page;
+use serde_json::Value;
 
 use super::progress;
 
@@ -55,14 +57,19 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     }
 }
 
+/// Figures and page of an experiment, both or neither.
+fn write(mut folder: OutputFolder, name: &str, figures: &Value, page: &Page) -> Result<(), Error> {
+    folder.add(name, format!("{figures:#}\n"))?;
+    folder.add("report.html", page.to_html())?;
+    folder.commit()
+}
+
 fn paper_j(out: &Path) -> Result<(), Error> {
-    let mut folder = OutputFolder::create(out)?;
+    let folder = OutputFolder::create(out)?;
     let bar = progress::bar("experiment j", j::PIECES);
     let results = j::run(&|| bar.inc(1))?;
     bar.finish_and_clear();
-    folder.add("j.json", format!("{:#}\n", results.to_json()))?;
-    folder.add("report.html", results.page().to_html())?;
-    folder.commit()?;
+    write(folder, "j.json", &results.to_json(), &results.page())?;
 
     println!("hysteresis (%)        model  published");
     for percent in &results.percents {
@@ -93,13 +100,11 @@ fn paper_j(out: &Path) -> Result<(), Error> {
 }
 
 fn paper_m(out: &Path) -> Result<(), Error> {
-    let mut folder = OutputFolder::create(out)?;
+    let folder = OutputFolder::create(out)?;
     let bar = progress::bar("experiment m", m::PIECES);
     let results = m::run(&|| bar.inc(1))?;
     bar.finish_and_clear();
-    folder.add("m.json", format!("{:#}\n", results.to_json()))?;
-    folder.add("report.html", results.page().to_html())?;
-    folder.commit()?;
+    write(folder, "m.json", &results.to_json(), &results.page())?;
 
     let summary = &results.summary;
     let best = &summary.best_in_free_run;
@@ -129,18 +134,17 @@ fn paper_m(out: &Path) -> Result<(), Error> {
 }
 
 fn beyond_both(out: &Path) -> Result<(), Error> {
-    let mut folder = OutputFolder::create(out)?;
+    let folder = OutputFolder::create(out)?;
     let frequencies_hz = beyond::paper_m_hz();
     let extent = beyond::Extent {
         against_dim_hz: &frequencies_hz,
         wanted: &|_, _| true,
+        feedback_hz: &beyond::feedback::FREQUENCIES_HZ,
     };
     let bar = progress::bar("experiment beyond", extent.pieces());
     let results = beyond::run(&extent, &|| bar.inc(1))?;
     bar.finish_and_clear();
-    folder.add("beyond.json", format!("{:#}\n", results.to_json()))?;
-    folder.add("report.html", results.page().to_html())?;
-    folder.commit()?;
+    write(folder, "beyond.json", &results.to_json(), &results.page())?;
 
     println!("median rms error (um)       identified   10 % off   best   broken     of");
     for standing in &results.standings {

@@ -12,7 +12,7 @@ use crate::model_file::ModelFile;
 use crate::stage;
 
 use super::compensators::{dim_drive, dim_model};
-use super::inputs::{Input, Shape, Target, target_settled};
+use super::inputs::{EASE_S, Input, Shape, Target, target_settled};
 use super::plants::Plant;
 
 /// From here on the cascade is held against DIM, Hz. Below, both are at what the relays leave.
@@ -126,7 +126,8 @@ fn outcome(target: &Target, drive: &[f64], frequency_hz: f64) -> Result<Outcome,
         let steps = drive.windows(2).map(|pair| (pair[1] - pair[0]).abs());
         steps.fold(0.0, f64::max)
     };
-    let at_ends = steepest(&drive[..scored.start]).max(steepest(&drive[scored.end..]));
+    let begun = (EASE_S / h).round() as usize;
+    let at_ends = steepest(&drive[..begun]).max(steepest(&drive[scored.end..]));
     let between = steepest(&drive[scored]);
     Ok(Outcome {
         rmse_mm: 1e-3 * error,

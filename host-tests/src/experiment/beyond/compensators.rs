@@ -142,16 +142,18 @@ impl Identified {
             .map_or(0.0, |found| found.beta_s)
     }
 
-    /// The drive in V along a reference; `dim` is the modified play model at its frequency.
+    /// The drive in V along a reference; `dim` is the modified play model at its frequency, which the
+    /// two laws of DIM need.
     ///
     /// # Errors
-    /// A model that has no such inverse.
+    /// A model that has no such inverse, or is not there.
     pub fn drive(
         &self,
         compensator: Compensator,
-        dim: &Model,
+        dim: Option<&Model>,
         target: &Target,
     ) -> Result<Vec<f64>, Error> {
+        let dim = || dim.ok_or_else(|| refused("no model at this frequency"));
         let (h, reference) = (target.sample_time_s, &target.samples);
         match compensator {
             Compensator::None => {
@@ -166,8 +168,8 @@ impl Identified {
                 stage::compensate_ahead(&preview, reference).map_err(refused)
             }
             Compensator::Cascade => stage::drive_ahead(&self.cascade, h, reference),
-            Compensator::DimPrinted => dim_drive(self.plant, dim, Law::Printed, reference),
-            Compensator::DimExact => dim_drive(self.plant, dim, Law::Exact, reference),
+            Compensator::DimPrinted => dim_drive(self.plant, dim()?, Law::Printed, reference),
+            Compensator::DimExact => dim_drive(self.plant, dim()?, Law::Exact, reference),
         }
     }
 }

@@ -7,7 +7,7 @@ use serde::Serialize;
 use crate::error::Error;
 use crate::experiment::refused;
 
-use super::compensators::{Compensator, Identified, dim_model};
+use super::compensators::{Compensator, Identified};
 use super::inputs::{Input, Shape, Target, target};
 use super::plants::{Device, Plant};
 use super::sweep::{Errors, WRONG_PLANTS, median, score};
@@ -49,19 +49,17 @@ pub fn gains(plant: Plant) -> Gains<f64> {
     }
 }
 
-/// How often [`run`] calls `done` for a plant.
-pub const PIECES: u64 = FREQUENCIES_HZ.len() as u64;
-
-/// A plant along sines, as it was identified and 10 % off.
+/// A plant along sines, as it was identified and 10 % off; `done` is called once a frequency.
 ///
 /// # Errors
 /// A drive or reference that is refused.
 pub fn run(
     plant: Plant,
     identified: &Identified,
+    frequencies_hz: &[f64],
     done: &(dyn Fn() + Sync),
 ) -> Result<Vec<FourWays>, Error> {
-    let rows = FREQUENCIES_HZ
+    let rows = frequencies_hz
         .par_iter()
         .map(|&frequency_hz| at(plant, identified, frequency_hz))
         .inspect(|_| done())
@@ -75,9 +73,8 @@ fn at(plant: Plant, identified: &Identified, frequency_hz: f64) -> Result<[FourW
         frequency_hz,
     };
     let target = target(plant, input)?;
-    let dim = dim_model(plant, frequency_hz)?;
-    let linear = identified.drive(Compensator::None, &dim, &target)?;
-    let cascade = identified.drive(Compensator::Cascade, &dim, &target)?;
+    let linear = identified.drive(Compensator::None, None, &target)?;
+    let cascade = identified.drive(Compensator::Cascade, None, &target)?;
     let nothing = vec![0.0; target.samples.len()];
     let draws = |devices: &[Device], feedforward: &[f64], closed: bool| {
         let errors = devices

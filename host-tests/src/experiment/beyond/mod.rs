@@ -29,12 +29,17 @@ use inputs::Input;
 use plants::{PLANTS, Plant};
 use sweep::Row;
 
+/// Stack of a thread.
+const STACK_BYTES: usize = 64 << 20;
+
 /// What is computed.
 pub struct Extent<'a> {
     /// Frequencies at which the cascade is held against DIM, Hz; one of 5 Hz or more among them.
     pub against_dim_hz: &'a [f64],
     /// Which references of the sweep.
     pub wanted: &'a (dyn Fn(Plant, &Input) -> bool + Sync),
+    /// Frequencies of the sines with feedback, Hz.
+    pub feedback_hz: &'a [f64],
 }
 
 /// Frequencies of paper M, Hz.
@@ -49,8 +54,8 @@ impl Extent<'_> {
             let inputs = inputs::inputs(plant).into_iter();
             inputs.filter(|input| (self.wanted)(plant, input)).count()
         });
-        (PLANTS.len() + self.against_dim_hz.len() + rows.sum::<usize>()) as u64
-            + PLANTS.len() as u64 * feedback::PIECES
+        let per_plant = 1 + self.feedback_hz.len();
+        (PLANTS.len() * per_plant + self.against_dim_hz.len() + rows.sum::<usize>()) as u64
     }
 }
 
@@ -88,6 +93,15 @@ pub struct Results {
 /// An extent without a frequency of 5 Hz or more; a plant or reference that is refused, which with the
 /// fixed ones of this experiment none is.
 pub fn run(extent: &Extent<'_>, done: &(dyn Fn() + Sync)) -> Result<Results, Error> {
+    // The state of a preview inverse for any model is built on the stack of its thread.
+    let threads = rayon::ThreadPoolBuilder::new().stack_size(STACK_BYTES);
+    threads
+        .build()
+        .map_err(refused)?
+        .install(|| compute(extent, done))
+}
+
+fn compute(extent: &Extent<'_>, done: &(dyn Fn() + Sync)) -> Result<Results, Error> {
     let identified = PLANTS
         .into_par_iter()
         .map(Identified::new)
@@ -101,7 +115,7 @@ pub fn run(extent: &Extent<'_>, done: &(dyn Fn() + Sync)) -> Result<Results, Err
         .collect::<Result<Vec<_>, _>>()?
         .concat();
     let feedback = each()
-        .map(|(plant, found)| feedback::run(plant, found, done))
+        .map(|(plant, found)| feedback::run(plant, found, extent.feedback_hz, done))
         .collect::<Result<Vec<_>, _>>()?
         .concat();
     let bimorph = PLANTS.into_iter().zip(&identified);

@@ -147,10 +147,12 @@ fn row(plant: Plant, identified: &Identified, input: Input) -> Result<Row, Error
     let dim = dim_model(plant, input.frequency_hz)?;
     let nominal = plant.device(NOISE);
     let wrong: Vec<Device> = (1..=WRONG_PLANTS).map(|seed| plant.wrong(seed)).collect();
+    // One after the other: their states are large, and a thread that waits for one would begin the next
+    // on the same stack.
     let entries = COMPENSATORS
-        .into_par_iter()
+        .into_iter()
         .map(|compensator| {
-            let drive = identified.drive(compensator, &dim, &target);
+            let drive = identified.drive(compensator, Some(&dim), &target);
             let drive = match drive {
                 Ok(drive) => drive,
                 Err(reason) => {

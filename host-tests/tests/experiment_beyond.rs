@@ -15,10 +15,12 @@ use hysteron_host::experiment::beyond::{Extent, Results, run};
 /// References of each plant: where something happens.
 fn wanted(plant: Plant, input: &Input) -> bool {
     let frequencies: &[f64] = match (plant, input.shape) {
-        (Plant::Plays | Plant::Relays, Shape::Sine) => &[1.0, 50.0, 100.0],
-        (Plant::Bimorph, Shape::Sine) => &[1.0, 25.0, 50.0, 60.0, 110.0],
-        (_, Shape::Triangle) => &[10.0],
-        (_, Shape::TwoAmplitudes) => &[50.0],
+        (Plant::Plays, Shape::Sine) => &[50.0, 100.0],
+        (Plant::Relays, Shape::Sine) => &[1.0, 100.0],
+        (Plant::Bimorph, Shape::Sine) => &[25.0, 60.0, 110.0],
+        (Plant::Bimorph, Shape::Triangle) => &[10.0],
+        (Plant::Bimorph, Shape::TwoAmplitudes) => &[50.0],
+        _ => &[],
     };
     frequencies.contains(&input.frequency_hz)
 }
@@ -26,7 +28,7 @@ fn wanted(plant: Plant, input: &Input) -> bool {
 const EXTENT: Extent<'static> = Extent {
     against_dim_hz: &[7.0, 25.0, 60.0],
     wanted: &wanted,
-    feedback_hz: &[5.0, 50.0],
+    feedback_hz: &[5.0],
 };
 
 static PIECES: AtomicU64 = AtomicU64::new(0);
@@ -105,7 +107,7 @@ fn a_stage_that_sees_its_own_rate_is_for_the_preview() {
 
 #[test]
 fn where_lag_widens_the_loops_only_the_cascade_follows() {
-    for hz in [1.0, 50.0, 100.0] {
+    for hz in [1.0, 100.0] {
         let cascade = sine(Plant::Relays, hz, Compensator::Cascade);
         for other in COMPENSATORS {
             let factor = if hz < 10.0 { 1.5 } else { 2.0 };
@@ -136,7 +138,7 @@ fn on_the_bimorph_only_the_cascade_and_dim_know_the_mode() {
     assert!(matches!(exact.identified, Outcome::Refused { .. }));
     let printed = entry(Plant::Bimorph, Shape::Sine, 25.0, Compensator::DimPrinted);
     assert!(matches!(printed.identified, Outcome::Lost { .. }));
-    for hz in [1.0, 25.0, 50.0, 60.0, 110.0] {
+    for hz in [25.0, 60.0, 110.0] {
         assert!(sine(Plant::Bimorph, hz, Compensator::Cascade) < 2.0);
     }
 }
@@ -183,8 +185,7 @@ fn feedback_mends_what_parameters_leave() {
     for plant in [Plant::Plays, Plant::Relays] {
         for row in rows(plant).filter(|row| row.wrong) {
             let both = row.both.rms_um;
-            let factor = if row.frequency_hz <= 5.0 { 0.2 } else { 0.9 };
-            assert!(both < factor * row.compensated.rms_um, "{row:?}");
+            assert!(both < 0.2 * row.compensated.rms_um, "{row:?}");
             assert!(both < 0.2 * row.feedback.rms_um, "{row:?}");
         }
     }

@@ -118,9 +118,10 @@ fn compute(extent: &Extent<'_>, done: &(dyn Fn() + Sync)) -> Result<Results, Err
         .map(|(plant, found)| feedback::run(plant, found, extent.feedback_hz, done))
         .collect::<Result<Vec<_>, _>>()?
         .concat();
-    let bimorph = PLANTS.into_iter().zip(&identified);
-    let bimorph = bimorph.filter(|(plant, _)| *plant == Plant::Bimorph);
-    let (_, bimorph) = bimorph.last().ok_or_else(|| refused("no bimorph"))?;
+    let mut pairs = PLANTS.into_iter().zip(&identified);
+    let (_, bimorph) = pairs
+        .find(|(plant, _)| *plant == Plant::Bimorph)
+        .ok_or_else(|| refused("no bimorph"))?;
     let against_dim = against_dim::run(&bimorph.cascade, extent.against_dim_hz, done)?;
     let comparison =
         Comparison::new(&against_dim).ok_or_else(|| refused("no frequency to hold against DIM"))?;

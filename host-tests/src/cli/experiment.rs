@@ -6,15 +6,18 @@ use clap::{Args, Subcommand};
 
 use hysteron_host::dataset::Dataset;
 use hysteron_host::error::Error;
+use hysteron_host::experiment::beyond;
 use hysteron_host::experiment::demo;
 use hysteron_host::experiment::j::{self, Plant};
 use hysteron_host::experiment::m;
 use hysteron_host::identify::{Options, identify};
 use hysteron_host::output::OutputFolder;
+use hysteron_host::report::Page;
+use serde_json::Value;
 
 use super::progress;
 
-/// Reproduce a paper's experiments.
+/// Reproduce a paper's experiments, or go beyond them.
 #[derive(Debug, Args)]
 pub struct Arguments {
     #[command(subcommand)]
@@ -36,6 +39,13 @@ enum Experiment {
         #[arg(long, value_name = "DIR")]
         out: PathBuf,
     },
+    /// Every compensator over both papers' ranges on plants that none of them was derived from, with
+    /// parameters identified and 10 % off, and with feedback; writes beyond.json and report.html.
+    Beyond {
+        /// The folder to write to.
+        #[arg(long, value_name = "DIR")]
+        out: PathBuf,
+    },
 }
 
 /// Runs one experiment.
@@ -43,17 +53,23 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     match &arguments.experiment {
         Experiment::J { out } => paper_j(out),
         Experiment::M { out } => paper_m(out),
+        Experiment::Beyond { out } => beyond_both(out),
     }
 }
 
+/// Figures and page of an experiment, both or neither.
+fn write(mut folder: OutputFolder, name: &str, figures: &Value, page: &Page) -> Result<(), Error> {
+    folder.add(name, format!("{figures:#}\n"))?;
+    folder.add("report.html", page.to_html())?;
+    folder.commit()
+}
+
 fn paper_j(out: &Path) -> Result<(), Error> {
-    let mut folder = OutputFolder::create(out)?;
+    let folder = OutputFolder::create(out)?;
     let bar = progress::bar("experiment j", j::PIECES);
     let results = j::run(&|| bar.inc(1))?;
     bar.finish_and_clear();
-    folder.add("j.json", format!("{:#}\n", results.to_json()))?;
-    folder.add("report.html", results.page().to_html())?;
-    folder.commit()?;
+    write(folder, "j.json", &results.to_json(), &results.page())?;
 
     println!("hysteresis (%)        model  published");
     for percent in &results.percents {
@@ -84,13 +100,11 @@ fn paper_j(out: &Path) -> Result<(), Error> {
 }
 
 fn paper_m(out: &Path) -> Result<(), Error> {
-    let mut folder = OutputFolder::create(out)?;
+    let folder = OutputFolder::create(out)?;
     let bar = progress::bar("experiment m", m::PIECES);
     let results = m::run(&|| bar.inc(1))?;
     bar.finish_and_clear();
-    folder.add("m.json", format!("{:#}\n", results.to_json()))?;
-    folder.add("report.html", results.page().to_html())?;
-    folder.commit()?;
+    write(folder, "m.json", &results.to_json(), &results.page())?;
 
     let summary = &results.summary;
     let best = &summary.best_in_free_run;
@@ -116,6 +130,43 @@ fn paper_m(out: &Path) -> Result<(), Error> {
         }
     }
     println!("written to {}: report.html, m.json", out.display());
+    Ok(())
+}
+
+fn beyond_both(out: &Path) -> Result<(), Error> {
+    let folder = OutputFolder::create(out)?;
+    let frequencies_hz = beyond::paper_m_hz();
+    let extent = beyond::Extent {
+        against_dim_hz: &frequencies_hz,
+        wanted: &|_, _| true,
+        feedback_hz: &beyond::feedback::FREQUENCIES_HZ,
+    };
+    let bar = progress::bar("experiment beyond", extent.pieces());
+    let results = beyond::run(&extent, &|| bar.inc(1))?;
+    bar.finish_and_clear();
+    write(folder, "beyond.json", &results.to_json(), &results.page())?;
+
+    println!("median rms error (um)       identified   10 % off   best   broken     of");
+    for standing in &results.standings {
+        let figure = |um: Option<f64>| um.map_or("refused".to_owned(), |um| format!("{um:.2}"));
+        println!(
+            "{:<18}{:<17}{:>3} {:>10} {:>6} {:>8} {:>6}",
+            standing.plant.title(),
+            standing.compensator.name(),
+            figure(standing.median_rms_um),
+            figure(standing.median_rms_um_wrong),
+            standing.best,
+            standing.broken,
+            standing.references,
+        );
+    }
+    let found = &results.comparison;
+    println!(
+        "bimorph, 1 to 110 Hz: the cascade leaves {:.1} times less than DIM (median), at most {:.2} um",
+        found.median_ratio,
+        1e3 * found.worst_mm,
+    );
+    println!("written to {}: report.html, beyond.json", out.display());
     Ok(())
 }
 

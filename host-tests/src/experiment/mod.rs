@@ -1,6 +1,7 @@
 //! Experiments on stages: the signals they are driven with, a paper's figures computed anew, and the
 //! demonstration.
 
+pub mod beyond;
 pub mod demo;
 pub mod j;
 pub mod m;

@@ -9,7 +9,7 @@ use maud::{Markup, html};
 use std::fmt::Write;
 
 /// Number of colours, dash patterns and markers in the style sheet.
-const KINDS: usize = 6;
+const KINDS: usize = 7;
 
 /// Markers that series refer to; once on a page.
 pub(super) fn markers() -> Markup {
@@ -20,6 +20,7 @@ pub(super) fn markers() -> Markup {
         "M0 -49L49 0L0 49L-49 0z",
         "M0 46L44 -32H-44z",
         "M-14 -44h28v30h30v28h-30v30h-28v-30h-30v-28h30z",
+        "M-40 -20L-20 -40L0 -20L20 -40L40 -20L20 0L40 20L20 40L0 20L-20 40L-40 20L-20 0z",
     ];
     html! {
         svg width="0" height="0" style="position:absolute" aria-hidden="true" {

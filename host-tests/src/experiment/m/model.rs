@@ -35,6 +35,8 @@ pub struct Recipe {
     /// Entries of the initial covariance's diagonal; the estimate starts at zero, nothing is
     /// forgotten.
     pub covariance: f64,
+    /// Time between samples, s.
+    pub sample_time_s: f64,
 }
 
 impl Recipe {
@@ -50,6 +52,7 @@ impl Recipe {
         harmonics: Harmonics::Printed,
         envelope_s: 0.0,
         covariance: Self::COVARIANCE,
+        sample_time_s: SAMPLE_TIME_S,
     };
 
     /// The terms at one frequency.
@@ -65,7 +68,7 @@ impl Recipe {
             harmonics: self.harmonics,
             frequency: frequency_hz,
         };
-        parameters.build(SAMPLE_TIME_S).map_err(refused)
+        parameters.build(self.sample_time_s).map_err(refused)
     }
 
     /// The terms along a record with measured outputs, one row a sample.

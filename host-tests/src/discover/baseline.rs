@@ -12,6 +12,8 @@ use crate::identify::run::{Run, Runs};
 use crate::identify::score;
 use crate::identify::start::Start;
 
+use super::search::PLAYS;
+
 /// Which hysteresis the data are held against.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum Baseline {
@@ -24,8 +26,6 @@ pub enum Baseline {
 
 /// Plays that are enough to see how a stage moves.
 const FEW: usize = 6;
-/// Plays that take any shape by their weights.
-const RICH: usize = 28;
 /// How much closer thresholds lie to each other near zero: the power of an even spread.
 const CROWDING: f64 = 1.3;
 /// By how much a smooth drive must lower the rms of the fit.
@@ -77,7 +77,7 @@ pub fn saturate(
     }
     {
         let fit = JointFit::new(runs, between);
-        best = fitted(&fit, crowded(&fit, RICH), best.terms)?;
+        best = fitted(&fit, crowded(&fit, PLAYS.1), best.terms)?;
     }
     choose_starts(runs, between, &best, histories)?;
     let fit = JointFit::new(runs, between);
@@ -108,7 +108,7 @@ fn fitted(fit: &JointFit<'_>, thresholds: Vec<f64>, terms: Terms) -> Result<Join
 }
 
 /// Thresholds that lie closer together near zero.
-fn crowded(fit: &JointFit<'_>, plays: usize) -> Vec<f64> {
+pub fn crowded(fit: &JointFit<'_>, plays: usize) -> Vec<f64> {
     let widest = fit.seen().threshold_v;
     (1..=plays)
         .map(|i| widest * (i as f64 / plays as f64).powf(CROWDING))
@@ -138,7 +138,12 @@ pub fn choose_starts(
     histories: Histories,
 ) -> Result<(), Error> {
     if histories == Histories::Session {
-        runs.runs.iter_mut().for_each(|run| run.start = Start::Carried);
+        runs.runs
+            .iter_mut()
+            .for_each(|run| run.start = Start::Carried);
+        if let Some(first) = runs.runs.first_mut() {
+            first.start = Start::Zero;
+        }
         return Ok(());
     }
     let mut menu = vec![Start::Carried];

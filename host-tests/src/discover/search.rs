@@ -2,16 +2,22 @@
 
 use rayon::prelude::*;
 
+use crate::dataset::Role;
 use crate::error::Error;
 use crate::identify::catalogue::Effect;
-use crate::identify::joint::{Joint, JointFit};
+use crate::identify::joint::{Between, Joint, JointFit, Terms};
+use crate::identify::run::Runs;
 
-use super::baseline::judged;
+use super::baseline::{Histories, choose_starts, crowded, judged};
 
 /// Modes that a model may have.
 const MODES: usize = 3;
 /// Starts of an effect that are followed to their end.
 const FOLLOWED: usize = 2;
+/// Plays beside which all effects are looked at, and plays beside which the best of them are.
+pub const PLAYS: (usize, usize) = (12, 28);
+/// Effects that are looked at more closely.
+const CLOSER: usize = 6;
 
 /// A model with what it leaves over.
 #[derive(Clone, Debug)]
@@ -38,21 +44,61 @@ impl Candidate {
         })
     }
 
-    /// Numbers that were fitted for its effects.
-    pub fn numbers(&self, fit: &JointFit<'_>) -> usize {
-        self.joint.terms.free(fit.seen()).len()
+    /// The effect that was added last.
+    pub fn newest(&self) -> Option<Effect> {
+        self.order.last().copied()
     }
 }
 
-/// Effects that may be added to a model.
-pub fn possible(fit: &JointFit<'_>, base: &Candidate) -> Vec<Effect> {
-    let terms = &base.joint.terms;
+/// The data of a search: runs with their histories, and how the drive moves between samples.
+#[derive(Clone)]
+pub struct Ground {
+    /// The runs.
+    pub runs: Runs,
+    /// Between samples.
+    pub between: Between,
+    /// How histories are chosen.
+    pub histories: Histories,
+}
+
+impl Ground {
+    /// Fits on this ground.
+    pub fn fit(&self) -> JointFit<'_> {
+        JointFit::new(&self.runs, self.between)
+    }
+
+    /// The same with the histories that a model explains best.
+    ///
+    /// # Errors
+    /// Numbers that the core refuses.
+    pub fn seen_by(&self, joint: &Joint) -> Result<Self, Error> {
+        let mut other = self.clone();
+        choose_starts(&mut other.runs, self.between, joint, self.histories)?;
+        Ok(other)
+    }
+
+    /// A model with the given effects and so many plays, fitted anew.
+    ///
+    /// # Errors
+    /// Numbers that the core refuses.
+    pub fn refit(&self, terms: &Terms, plays: usize, order: &[Effect]) -> Result<Candidate, Error> {
+        let fit = self.fit();
+        let mut joint = fit.weights(crowded(&fit, plays), terms.clone())?;
+        fit.settle(&mut joint)?;
+        Candidate::new(&fit, joint, order.to_vec())
+    }
+}
+
+/// Effects that may be added to a model, of those allowed.
+pub fn possible(fit: &JointFit<'_>, terms: &Terms, allowed: &[Effect]) -> Vec<Effect> {
     let count = |effect| terms.iter().filter(|term| term.effect == effect).count();
-    Effect::ALL
-        .into_iter()
+    allowed
+        .iter()
+        .copied()
         .filter(|&effect| {
-            effect.template().hidden(fit.seen()).is_none()
-                && !effect.template().starts(fit.seen()).is_empty()
+            let template = effect.template();
+            template.hidden(fit.seen()).is_none()
+                && !template.starts(fit.seen()).is_empty()
                 && match effect {
                     Effect::Resonance => count(effect) < MODES,
                     Effect::RateLaw => terms.has(Effect::RateDependence) && !terms.has(effect),
@@ -85,6 +131,66 @@ pub fn expand(
         })
         .filter_map(Result::transpose)
         .collect::<Result<_, Error>>()?;
-    found.sort_by(|a, b| a.select.total_cmp(&b.select));
+    sort(&mut found);
     Ok(found)
+}
+
+/// The best first: on the select records, and where that is a draw, on the fit records.
+pub fn sort(candidates: &mut [Candidate]) {
+    let judged = |c: &Candidate| c.select.hypot(0.5 * c.joint.rms);
+    candidates.sort_by(|a, b| judged(a).total_cmp(&judged(b)));
+}
+
+/// One effect more: every possible one beside few plays, then the best of them beside many, each time
+/// on the histories that the best so far makes likely. The best first.
+///
+/// # Errors
+/// Numbers that the core refuses.
+pub fn one_more(
+    ground: &Ground,
+    base: &Candidate,
+    allowed: &[Effect],
+    looked_at: &(dyn Fn(&str) + Sync),
+) -> Result<(Ground, Vec<Candidate>), Error> {
+    let few = ground.refit(&base.joint.terms, PLAYS.0, &base.order)?;
+    let found = {
+        let fit = ground.fit();
+        let effects = possible(&fit, &base.joint.terms, allowed);
+        looked_at("screening effects");
+        expand(&fit, &few, &effects)?
+    };
+    let mut ground = ground.clone();
+    let mut close: Vec<Effect> = found.iter().filter_map(Candidate::newest).collect();
+    close.truncate(CLOSER);
+    let Some(mut best) = found.into_iter().next() else {
+        return Ok((ground, Vec::new()));
+    };
+    let mut refined: Vec<Candidate> = Vec::new();
+    for round in 0..2 {
+        looked_at("looking closer at the best");
+        ground = ground.seen_by(&best.joint)?;
+        let rich = ground.refit(&base.joint.terms, PLAYS.1, &base.order)?;
+        refined = expand(&ground.fit(), &rich, &close)?;
+        let Some(first) = refined.first() else {
+            break;
+        };
+        let settled = round > 0 || first.joint.rms > 0.98 * best.joint.rms;
+        best = first.clone();
+        close = refined.iter().filter_map(Candidate::newest).collect();
+        close.truncate(CLOSER / 2 + 1);
+        if settled || ground.histories == Histories::Session {
+            break;
+        }
+    }
+    Ok((ground, refined))
+}
+
+/// Rms of a model on the records of a role, in um.
+///
+/// # Errors
+/// Numbers that the core refuses.
+pub fn rms(ground: &Ground, candidate: &Candidate, role: Role) -> Result<Option<f64>, Error> {
+    let joint = &candidate.joint;
+    let rms = ground.fit().rms(&joint.core, &joint.terms, role)?;
+    Ok(rms.is_finite().then_some(rms))
 }

@@ -31,6 +31,6 @@ pub mod start;
 pub use catalogue::Effect;
 pub use fit::Thresholds;
 pub use noise::Source;
-pub use outcome::{Identification, RecordFigures, Rms};
+pub use outcome::{Identification, RecordFigures, Rms, joint_model};
 pub use page::page;
 pub use search::{Options, RecordWeights, fit_spaced, identify};

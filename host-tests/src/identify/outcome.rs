@@ -9,6 +9,7 @@ use crate::stage;
 
 use super::cycles::{half_cycle_frequencies, range, turning_points};
 use super::fit::{Fitted, Thresholds};
+use super::joint::{Joint, JointFit};
 use super::noise::Source;
 use super::run::{Run, Runs};
 use super::score::{offsets, rms};
@@ -329,6 +330,28 @@ pub(super) fn model_file(name: &str, fitted: &Fitted, effects: &[Stage], sign: f
     }
     stages.sort_by_key(Stage::place);
     ModelFile::new(name, stages)
+}
+
+/// A jointly fitted stage as a model file: plays without weight left out, the offset that of the
+/// records for fitting, or zero where each has its own.
+///
+/// # Errors
+/// Numbers that the core refuses.
+pub fn joint_model(name: &str, joint: &Joint, fit: &JointFit<'_>) -> Result<ModelFile, Error> {
+    let runs = fit.runs();
+    let gain = joint.core.weights.iter().sum();
+    let effects = joint.terms.stages(fit.seen(), gain);
+    let mut model = model_file(name, &joint.fitted(), &effects, runs.sign);
+    let predicted = fit.predicted(&joint.core, &joint.terms)?;
+    if !runs.own_offsets {
+        let offset = offsets(runs, &predicted).first().copied().unwrap_or(0.0);
+        for stage in &mut model.stages {
+            if let Stage::Output(output) = stage {
+                output.offset_um = runs.sign * offset;
+            }
+        }
+    }
+    Ok(model)
 }
 
 /// Displacement in micrometres by the core along a run, from the run's own start.

@@ -210,16 +210,7 @@ fn with_effects(
             ))
         })?;
     }
-    let fitted = Fitted {
-        plays: Plays {
-            thresholds: joint.core.thresholds,
-            beta: joint.core.beta,
-        },
-        weights: joint.core.weights,
-        map: None,
-        rms: joint.rms,
-    };
-    let fitted = fitted.pruned();
+    let fitted = joint.fitted();
     let gain = fitted.weights.iter().sum();
     let findings = Findings {
         effects: joint.terms.stages(fit.seen(), gain),

@@ -124,6 +124,7 @@ fn stack() -> Bimorph {
         amplifier_tau_s: 3.9e-5,
         gain_um_per_v: 0.74,
         relays: RelayDensity {
+            tilt_per_v: 0.0,
             density_um_per_v2: 0.0033,
             widening_per_v: 0.004,
             reach_v: 120.0,

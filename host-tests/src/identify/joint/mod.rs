@@ -20,6 +20,8 @@ use crate::dataset::Role;
 use crate::error::Error;
 
 use super::catalogue::{Effect, Seen};
+use super::fit::Fitted;
+use super::plays::Plays;
 use super::run::Runs;
 use super::score;
 use blocks::Blocks;
@@ -49,6 +51,22 @@ pub struct Joint {
     pub terms: Terms,
     /// Root of the mean over the fit records of their mean square residual, in um.
     pub rms: f64,
+}
+
+impl Joint {
+    /// The hysteresis alone, plays without weight left out.
+    pub(super) fn fitted(&self) -> Fitted {
+        let fitted = Fitted {
+            plays: Plays {
+                thresholds: self.core.thresholds.clone(),
+                beta: self.core.beta,
+            },
+            weights: self.core.weights.clone(),
+            map: None,
+            rms: self.rms,
+        };
+        fitted.pruned()
+    }
 }
 
 /// The data and what fits of them share.
@@ -114,7 +132,9 @@ impl<'a> JointFit<'a> {
     pub fn add(&self, base: &Joint, effect: Effect, keep: usize) -> Result<Option<Joint>, Error> {
         let starts = effect.template().starts(&self.seen);
         let mut first: Vec<Joint> = Vec::new();
+        let several = starts.len() > 1;
         for numbers in starts {
+            let from_nothing = several && numbers.first() == Some(&0.0);
             let mut joint = Joint {
                 core: base.core.clone(),
                 terms: base.terms.with(effect, numbers),
@@ -122,10 +142,16 @@ impl<'a> JointFit<'a> {
             };
             joint.core.beta = joint.terms.beta(&self.seen);
             // Numbers that the core refuses are no start.
-            if let Ok((weights, rms)) = self.weigh(&joint) {
-                (joint.core.weights, joint.rms) = (weights, rms);
-                first.push(joint);
+            let Ok((weights, rms)) = self.weigh(&joint) else {
+                continue;
+            };
+            (joint.core.weights, joint.rms) = (weights, rms);
+            if from_nothing {
+                // Where it does nothing yet, all starts are alike.
+                joint.rms = self.rms(&joint.core, &joint.terms, Role::Fit)?;
+                self.step(&mut joint, 1e-4)?;
             }
+            first.push(joint);
         }
         first.sort_by(|a, b| a.rms.total_cmp(&b.rms));
         first.truncate(keep);
@@ -278,7 +304,10 @@ impl<'a> JointFit<'a> {
                     simulate::hysteresis(&core, &blocks, run.frame, &fine, &mut plays)
                 };
                 let y = simulate::behind(&blocks, run.frame, w, &mut Columns::default());
-                Ok(y.iter().zip(&run.y).map(|(a, b)| (a - b) / change).collect())
+                Ok(y.iter()
+                    .zip(&run.y)
+                    .map(|(a, b)| (a - b) / change)
+                    .collect())
             })
             .collect()
     }

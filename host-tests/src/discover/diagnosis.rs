@@ -1,0 +1,214 @@
+//! What a diagnosis found, and its JSON.
+
+use serde::Serialize;
+use serde_json::{Value, json};
+
+use crate::dataset::{LengthUnit, Role};
+use crate::identify::{Effect, Source};
+use crate::model_file::{ModelFile, Stage};
+
+/// What a diagnosis says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    /// The named effects explain what the baseline left over.
+    Named,
+    /// They explain a part of it.
+    Partial,
+    /// Something is missing that no effect of the library explains.
+    Unknown,
+    /// Nothing is missing.
+    None,
+}
+
+/// An rms in micrometres for each role; `None` where no record has it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Roles {
+    /// Records for fitting.
+    pub fit: Option<f64>,
+    /// Records for choosing.
+    pub select: Option<f64>,
+    /// Records opened once, at the end.
+    pub report: Option<f64>,
+}
+
+/// An effect that was found.
+#[derive(Clone, Debug)]
+pub struct FoundEffect {
+    /// The effect.
+    pub effect: Effect,
+    /// Others that explain as much.
+    pub also_possible: Vec<Effect>,
+    /// Excess on the select records after adding it over that before.
+    pub left_over: f64,
+    /// Its stage of the model.
+    pub stage: Option<Stage>,
+    /// Its numbers where it has no stage of its own.
+    pub numbers: Vec<(&'static str, f64)>,
+}
+
+/// What leaving one effect out does.
+#[derive(Clone, Debug)]
+pub struct Ablation {
+    /// The effect that was left out.
+    pub effect: Effect,
+    /// Rms on the select records without it, all else fitted anew, in um.
+    pub select_um: f64,
+}
+
+/// Residuals of a model along the records.
+#[derive(Clone, Debug, Default)]
+pub struct Residuals {
+    /// One entry a record, in the order of the data set.
+    pub records: Vec<RecordResiduals>,
+}
+
+/// A record's scored samples with what a model leaves over of them.
+#[derive(Clone, Debug)]
+pub struct RecordResiduals {
+    /// Name of the record.
+    pub name: String,
+    /// Its role.
+    pub role: Role,
+    /// Time between samples in s.
+    pub sample_time_s: f64,
+    /// Absolute time of the first scored sample in s.
+    pub start_s: f64,
+    /// Drive in volts.
+    pub drive_v: Vec<f64>,
+    /// Measured displacement in um.
+    pub displacement_um: Vec<f64>,
+    /// Measured less modelled displacement, offset taken out, in um.
+    pub residual_um: Vec<f64>,
+}
+
+/// The result of a diagnosis.
+#[derive(Clone, Debug)]
+pub struct Diagnosis {
+    /// Name of the data set.
+    pub name: String,
+    /// The unit in which figures are reported.
+    pub unit: LengthUnit,
+    /// What it says.
+    pub verdict: Verdict,
+    /// The effects in the order of their discovery.
+    pub effects: Vec<FoundEffect>,
+    /// Rms noise in um and where it was estimated from.
+    pub noise: (f64, Source),
+    /// Rms of the baseline in um.
+    pub baseline: Roles,
+    /// Rms of the extended model in um.
+    pub extended: Roles,
+    /// The bar in um: an rms excess on the select records below it is nothing.
+    pub bar_um: f64,
+    /// Baseline with each effect of the library alone: effect and rms on the select records in um.
+    pub screened: Vec<(Effect, f64)>,
+    /// What leaving out each found effect does.
+    pub ablation: Vec<Ablation>,
+    /// The baseline as a model.
+    pub baseline_model: ModelFile,
+    /// The extended model.
+    pub model: ModelFile,
+    /// What the baseline leaves over.
+    pub before: Residuals,
+    /// What the extended model leaves over.
+    pub after: Residuals,
+    /// Which record would separate the members of an ambiguity set.
+    pub next_record: Option<String>,
+    /// What the figures rest on, a sentence each.
+    pub notes: Vec<String>,
+}
+
+/// Root of what an rms exceeds the noise by, squares taken.
+pub fn excess(rms: f64, noise: f64) -> f64 {
+    (rms * rms - noise * noise).max(0.0).sqrt()
+}
+
+impl FoundEffect {
+    /// Its numbers under the keys of `model.toml`.
+    pub fn parameters(&self) -> Vec<(&'static str, f64)> {
+        match &self.stage {
+            Some(stage) => stage.effect_numbers(),
+            None => self.numbers.clone(),
+        }
+    }
+}
+
+impl Diagnosis {
+    /// The share of the baseline's excess on the report records that the extended model closes; `None`
+    /// where the baseline leaves none.
+    pub fn closed(&self) -> Option<f64> {
+        let noise = self.noise.0;
+        let (before, after) = (self.baseline.report?, self.extended.report?);
+        let before = excess(before, noise);
+        (before > self.bar_um).then(|| 1.0 - excess(after, noise) / before)
+    }
+
+    /// The contents of `diagnosis.json`; lengths in the unit of the data set, parameters under the keys
+    /// and in the units of `model.toml`.
+    pub fn to_json(&self, places: &[Value]) -> Value {
+        let length = |um: f64| self.unit.from_um(um);
+        let roles = |roles: &Roles| {
+            json!({
+                "fit": roles.fit.map(length),
+                "select": roles.select.map(length),
+                "report": roles.report.map(length),
+            })
+        };
+        let effects: Vec<Value> = self
+            .effects
+            .iter()
+            .map(|found| {
+                let mut parameters = serde_json::Map::new();
+                for (key, value) in found.parameters() {
+                    parameters.insert(key.to_owned(), value.into());
+                }
+                if let Some(Stage::Asymmetry(map)) = &found.stage {
+                    parameters.insert("thresholds".to_owned(), json!(map.thresholds));
+                    parameters.insert("slopes".to_owned(), json!(map.slopes));
+                }
+                json!({
+                    "name": found.effect.name(),
+                    "also_possible": found.also_possible.iter().map(|e| e.name()).collect::<Vec<_>>(),
+                    "left_over": found.left_over,
+                    "inverted": found.effect.template().inverted(),
+                    "parameters": parameters,
+                })
+            })
+            .collect();
+        let screened: serde_json::Map<String, Value> = self
+            .screened
+            .iter()
+            .map(|(effect, um)| (effect.name().to_owned(), length(*um).into()))
+            .collect();
+        let ablation: serde_json::Map<String, Value> = self
+            .ablation
+            .iter()
+            .map(|left_out| {
+                (
+                    left_out.effect.name().to_owned(),
+                    length(left_out.select_um).into(),
+                )
+            })
+            .collect();
+        json!({
+            "name": self.name,
+            "verdict": self.verdict,
+            "effects": effects,
+            "gap": {
+                "unit": self.unit.symbol(),
+                "noise_floor": length(self.noise.0),
+                "noise_floor_source": self.noise.1,
+                "bar": length(self.bar_um),
+                "baseline": roles(&self.baseline),
+                "extended": roles(&self.extended),
+                "closed": self.closed(),
+            },
+            "where": places,
+            "screened_select_rms": screened,
+            "ablation_select_rms": ablation,
+            "next_record": self.next_record,
+            "notes": self.notes,
+        })
+    }
+}

@@ -1,0 +1,316 @@
+//! The loop: baseline, search, verdict.
+
+use crate::dataset::{Dataset, Role};
+use crate::error::Error;
+use crate::identify::catalogue::Effect;
+use crate::identify::noise;
+use crate::identify::run::Runs;
+use crate::identify::{Source, joint_model};
+
+use super::baseline::{Baseline, Histories, saturate};
+use super::diagnosis::{
+    Ablation, Diagnosis, FoundEffect, RecordResiduals, Residuals, Roles, Verdict, excess,
+};
+use super::search::{Candidate, Ground, PLAYS, one_more, possible, rms};
+
+/// Excess on the select records below which nothing is missing, over the noise.
+const BAR: f64 = 0.5;
+/// Least share of the excess before that an effect has to close, squares taken.
+const WORTH: f64 = 0.3;
+/// What may be left over where the effects are said to explain it all.
+const NAMED: f64 = 0.35;
+/// What may be left over where they are said to explain a part.
+const PARTIAL: f64 = 0.7;
+/// How much more than the best another effect may leave over and still be possible.
+const AMBIGUOUS: f64 = 1.5;
+/// Effects at most.
+const MOST: usize = 4;
+/// Partial solutions that are followed.
+const BEAM: usize = 3;
+
+/// What a diagnosis may do.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Options {
+    /// What the data are held against.
+    pub baseline: Baseline,
+    /// Effects of the library that may be named.
+    pub library: Vec<Effect>,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            baseline: Baseline::default(),
+            library: Effect::ALL.to_vec(),
+        }
+    }
+}
+
+/// Finds what the baseline misses of a data set. `progress` is told what is done now.
+///
+/// # Errors
+/// Records from which nothing can be learned.
+pub fn diagnose(
+    dataset: &Dataset,
+    options: &Options,
+    progress: &(dyn Fn(&str) + Sync),
+) -> Result<Diagnosis, Error> {
+    let runs = Runs::new(dataset)?;
+    let noise = noise::floor(&runs.runs).unwrap_or((0.0, Source::HighPass));
+    progress("saturating the baseline");
+    let grounds = grounds(&runs, &options.baseline)?;
+    let mut best: Option<Search> = None;
+    for (ground, base) in grounds {
+        let search = Search::run(ground, base, noise.0, &options.library, progress)?;
+        if best.as_ref().is_none_or(|best| search.better_than(best)) {
+            best = Some(search);
+        }
+    }
+    let search = best.ok_or_else(|| Error::request("there is nothing to diagnose".to_owned()))?;
+    progress("opening the report records");
+    search.conclude(dataset, noise)
+}
+
+/// The saturated baseline on each of the two kinds of histories, where both are likely.
+fn grounds(runs: &Runs, baseline: &Baseline) -> Result<Vec<(Ground, Candidate)>, Error> {
+    let mut grounds = Vec::new();
+    for histories in [Histories::Session, Histories::Each] {
+        let mut runs = runs.clone();
+        let saturated = saturate(&mut runs, baseline, histories)?;
+        let ground = Ground {
+            runs,
+            between: saturated.between,
+            histories,
+        };
+        let base = Candidate::new(&ground.fit(), saturated.joint, Vec::new())?;
+        grounds.push((ground, base));
+    }
+    let rms = |(_, base): &(Ground, Candidate)| base.select.hypot(base.joint.rms);
+    if let [session, each] = &grounds[..] {
+        if rms(session) < 1.1 * rms(each) {
+            grounds.truncate(1);
+        } else if rms(session) > 20.0 * rms(each) {
+            grounds.remove(0);
+        }
+    }
+    Ok(grounds)
+}
+
+/// A step of the search that was taken.
+struct Step {
+    effect: Effect,
+    also_possible: Vec<Effect>,
+    left_over: f64,
+}
+
+struct Search {
+    ground: Ground,
+    base: Candidate,
+    noise: f64,
+    /// The ground of the extended model.
+    found_on: Ground,
+    found: Candidate,
+    steps: Vec<Step>,
+    screened: Vec<(Effect, f64)>,
+    ablation: Vec<Ablation>,
+}
+
+impl Search {
+    fn run(
+        ground: Ground,
+        base: Candidate,
+        noise: f64,
+        library: &[Effect],
+        progress: &(dyn Fn(&str) + Sync),
+    ) -> Result<Self, Error> {
+        let mut search = Self {
+            found_on: ground.clone(),
+            found: base.clone(),
+            ground,
+            base,
+            noise,
+            steps: Vec::new(),
+            screened: Vec::new(),
+            ablation: Vec::new(),
+        };
+        while search.found.order.len() < MOST {
+            let before = search.found.select;
+            // Nothing is left to explain.
+            if !search.steps.is_empty() && excess(before, noise) < BAR * noise {
+                break;
+            }
+            let (ground, found) = one_more(&search.found_on, &search.found, library, progress)?;
+            if search.steps.is_empty() {
+                search.screened = found
+                    .iter()
+                    .filter_map(|c| Some((c.newest()?, c.select)))
+                    .collect();
+            }
+            let Some(best) = found.first() else {
+                break;
+            };
+            if !search.worth(before, best.select) {
+                break;
+            }
+            let left = |c: &Candidate| excess(c.select, noise) / excess(before, noise).max(1e-300);
+            let limit = (AMBIGUOUS * left(best)).max(left(best) + 0.02);
+            let newest = best.newest();
+            let also_possible = found
+                .iter()
+                .skip(1)
+                .filter(|c| left(c) <= limit)
+                .filter_map(Candidate::newest)
+                .collect();
+            search.steps.extend(newest.map(|effect| Step {
+                effect,
+                also_possible,
+                left_over: left(best),
+            }));
+            search.found = best.clone();
+            search.found_on = ground;
+        }
+        Ok(search)
+    }
+
+    /// Whether an effect that lowers the rms on the select records so far is worth its name.
+    fn worth(&self, before: f64, after: f64) -> bool {
+        let gain = before * before - after * after;
+        let bar = BAR * self.noise;
+        gain > bar * bar && gain > WORTH * excess(before, self.noise).powi(2)
+    }
+
+    fn better_than(&self, other: &Self) -> bool {
+        let rms = |search: &Self| search.found.select.hypot(search.found.joint.rms);
+        rms(self) < 0.95 * rms(other)
+    }
+
+    fn verdict(&self) -> Verdict {
+        let before = excess(self.base.select, self.noise);
+        let left = excess(self.found.select, self.noise) / before.max(1e-300);
+        if self.steps.is_empty() {
+            if before < BAR * self.noise {
+                Verdict::None
+            } else {
+                Verdict::Unknown
+            }
+        } else if left <= NAMED {
+            Verdict::Named
+        } else if left <= PARTIAL {
+            Verdict::Partial
+        } else {
+            Verdict::Unknown
+        }
+    }
+
+    fn conclude(self, dataset: &Dataset, noise: (f64, Source)) -> Result<Diagnosis, Error> {
+        let verdict = self.verdict();
+        let (ground, found) = if verdict == Verdict::Unknown {
+            (&self.ground, &self.base)
+        } else {
+            (&self.found_on, &self.found)
+        };
+        let fit = ground.fit();
+        let seen = *fit.seen();
+        let gain: f64 = found.joint.core.weights.iter().sum();
+        let steps = if verdict == Verdict::Unknown {
+            &[]
+        } else {
+            &self.steps[..]
+        };
+        let mut counted: Vec<Effect> = Vec::new();
+        let effects = steps
+            .iter()
+            .map(|step| {
+                // Modes come more than once, in the order of the terms.
+                let earlier = counted.iter().filter(|e| **e == step.effect).count();
+                counted.push(step.effect);
+                let term = found
+                    .joint
+                    .terms
+                    .iter()
+                    .filter(|t| t.effect == step.effect)
+                    .nth(earlier);
+                FoundEffect {
+                    effect: step.effect,
+                    also_possible: step.also_possible.clone(),
+                    left_over: step.left_over,
+                    stage: term.and_then(|t| t.effect.template().stage(&t.numbers, &seen, gain)),
+                    numbers: match step.effect {
+                        Effect::RateDependence => vec![("beta_s", found.joint.core.beta)],
+                        _ => Vec::new(),
+                    },
+                }
+            })
+            .collect();
+        let roles = |ground: &Ground, candidate: &Candidate| {
+            Ok::<_, Error>(Roles {
+                fit: rms(ground, candidate, Role::Fit)?,
+                select: rms(ground, candidate, Role::Select)?,
+                report: rms(ground, candidate, Role::Report)?,
+            })
+        };
+        let model = |ground: &Ground, candidate: &Candidate| {
+            let fit = ground.fit();
+            joint_model(&dataset.name, &candidate.joint, &fit)
+        };
+        Ok(Diagnosis {
+            name: dataset.name.clone(),
+            unit: dataset.output_unit,
+            verdict,
+            effects,
+            noise,
+            baseline: roles(&self.ground, &self.base)?,
+            extended: roles(ground, found)?,
+            bar_um: BAR * self.noise,
+            screened: self.screened.clone(),
+            ablation: self.ablation.clone(),
+            baseline_model: model(&self.ground, &self.base)?,
+            model: model(ground, found)?,
+            before: residuals(dataset, &self.ground, &self.base)?,
+            after: residuals(dataset, ground, found)?,
+            next_record: None,
+            notes: Vec::new(),
+        })
+    }
+}
+
+/// What a model leaves over of every record's scored samples.
+fn residuals(
+    dataset: &Dataset,
+    ground: &Ground,
+    candidate: &Candidate,
+) -> Result<Residuals, Error> {
+    let fit = ground.fit();
+    let runs = &ground.runs;
+    let predicted = fit.predicted(&candidate.joint.core, &candidate.joint.terms)?;
+    let offsets = crate::identify::score::offsets(runs, &predicted);
+    let mut records: Vec<(usize, RecordResiduals)> = Vec::new();
+    for (i, run) in runs.runs.iter().enumerate() {
+        for (_, span) in run.whole_spans() {
+            let record = &dataset.records[span.record];
+            let samples = span.samples.clone();
+            let sign = runs.sign;
+            records.push((
+                span.record,
+                RecordResiduals {
+                    name: record.name.clone(),
+                    role: record.role,
+                    sample_time_s: run.sample_time_s,
+                    start_s: run.start_s + samples.start as f64 * run.sample_time_s,
+                    drive_v: run.drive[samples.clone()].to_vec(),
+                    displacement_um: samples
+                        .clone()
+                        .map(|k| sign * run.displacement[k])
+                        .collect(),
+                    residual_um: samples
+                        .map(|k| sign * (run.displacement[k] - predicted[i][k] - offsets[i]))
+                        .collect(),
+                },
+            ));
+        }
+    }
+    records.sort_by_key(|(index, _)| *index);
+    Ok(Residuals {
+        records: records.into_iter().map(|(_, record)| record).collect(),
+    })
+}

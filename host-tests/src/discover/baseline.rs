@@ -28,8 +28,6 @@ pub enum Baseline {
 const FEW: usize = 6;
 /// How much closer thresholds lie to each other near zero: the power of an even spread.
 const CROWDING: f64 = 1.3;
-/// By how much a smooth drive must lower the rms of the fit.
-const WORTH_SMOOTH: f64 = 0.99;
 
 /// The saturated baseline, and how the drive is taken between samples.
 pub struct Saturated {
@@ -58,7 +56,7 @@ pub fn saturate(
     histories: Histories,
 ) -> Result<Saturated, Error> {
     let terms = terms(runs, baseline);
-    let mut between = Between::Lines;
+    let between = Between::Lines;
     for plays in [FEW, 2 * FEW] {
         let joint = {
             let fit = JointFit::new(runs, between);
@@ -66,19 +64,10 @@ pub fn saturate(
         };
         choose_starts(runs, between, &joint, histories)?;
     }
-    let fit = JointFit::new(runs, between);
-    let mut best = fitted(&fit, crowded(&fit, FEW), terms.clone())?;
-    if best.core.beta > 0.0 {
-        let smooth = JointFit::new(runs, Between::Smooth);
-        let other = fitted(&smooth, crowded(&smooth, FEW), terms.clone())?;
-        if other.rms < WORTH_SMOOTH * best.rms {
-            (best, between) = (other, Between::Smooth);
-        }
-    }
-    {
+    let mut best = {
         let fit = JointFit::new(runs, between);
-        best = fitted(&fit, crowded(&fit, PLAYS.1), best.terms)?;
-    }
+        fitted(&fit, crowded(&fit, PLAYS.1), terms)?
+    };
     choose_starts(runs, between, &best, histories)?;
     let fit = JointFit::new(runs, between);
     best.rms = fit.rms(&best.core, &best.terms, Role::Fit)?;
@@ -137,6 +126,10 @@ pub fn choose_starts(
     joint: &Joint,
     histories: Histories,
 ) -> Result<(), Error> {
+    let range = runs.drive_range;
+    for run in &mut runs.runs {
+        run.loose = run.rests(range);
+    }
     if histories == Histories::Session {
         runs.runs
             .iter_mut()
@@ -161,7 +154,8 @@ pub fn choose_starts(
         .collect::<Result<_, Error>>()?;
     let own = runs.own_offsets;
     for (i, run) in runs.runs.iter_mut().enumerate() {
-        let square = |predicted: &[f64]| mean_square(run, predicted, (!own).then_some(shared[i]));
+        let shared = (!own && !run.loose).then_some(shared[i]);
+        let square = |predicted: &[f64]| mean_square(run, predicted, shared);
         let mut best = (square(&predicted[i]) * (1.0 - 1e-9), run.start);
         for (start, predicted) in &tried {
             let square = square(&predicted[i]);

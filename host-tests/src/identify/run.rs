@@ -14,6 +14,9 @@ const HELD_BACK: f64 = 0.25;
 /// Turning points that a record must have for that: four cycles.
 const LEAST_TURNS: usize = 8;
 
+/// Share of the drive's range below which a run rests.
+const RESTING: f64 = 0.02;
+
 /// Consecutive samples of one role.
 #[derive(Clone, Debug)]
 pub struct Span {
@@ -42,6 +45,8 @@ pub struct Run {
     pub left_out: usize,
     /// State of the plays before the first sample.
     pub start: Start,
+    /// Whether the offset is the run's own, for want of knowing that state.
+    pub loose: bool,
 }
 
 impl Run {
@@ -58,6 +63,12 @@ impl Run {
             (0, _) => self.drive[0],
             _ => self.drive[k - 1],
         }
+    }
+
+    /// Whether the drive hardly moves beside `drive_range` (V): then the state that the plays start in
+    /// stays, and is an offset.
+    pub fn rests(&self, drive_range: f64) -> bool {
+        range(&self.drive) < RESTING * drive_range
     }
 
     /// Each record's samples in the run, scored or not, with what is scored of it.
@@ -136,6 +147,7 @@ impl Runs {
                         } else {
                             Start::Excursion(0.0)
                         },
+                        loose: false,
                     });
                     runs.len() - 1
                 }

@@ -48,6 +48,7 @@ pub fn offsets(runs: &Runs, predicted: &[Vec<f64>]) -> Vec<f64> {
     // As in the fit, every record counts the same, whatever its length.
     let means: Vec<f64> = runs
         .scored(Role::Fit)
+        .filter(|(_, run, _)| !run.loose)
         .map(|(i, run, span)| {
             let sum: f64 = span
                 .samples
@@ -57,7 +58,18 @@ pub fn offsets(runs: &Runs, predicted: &[Vec<f64>]) -> Vec<f64> {
             sum / span.samples.len().max(1) as f64
         })
         .collect();
-    vec![means.iter().sum::<f64>() / means.len().max(1) as f64; runs.runs.len()]
+    let shared = means.iter().sum::<f64>() / means.len().max(1) as f64;
+    let offset = |(run, predicted): (&Run, &Vec<f64>)| {
+        if run.loose {
+            own((run, predicted))
+        } else {
+            shared
+        }
+    };
+    // A prediction may stop short of the runs that nobody asks for.
+    let mut offsets: Vec<f64> = runs.runs.iter().zip(predicted).map(offset).collect();
+    offsets.resize(runs.runs.len(), shared);
+    offsets
 }
 
 /// Root of the mean over a role's records of their mean square residual, in micrometres; `None`

@@ -8,7 +8,7 @@ use crate::model_file::{self, Stage, TwoSided};
 use super::{Seen, Template};
 
 /// Dead zones of a side.
-const ZONES: usize = 3;
+const ZONES: usize = 4;
 /// Share of the whole range that a side must reach to have a say.
 const REACHED: f64 = 0.1;
 

@@ -245,9 +245,9 @@ impl<'a> JointFit<'a> {
 
     /// Weights for the effects as they are, and the rms they leave over on the rows.
     fn weigh(&self, joint: &Joint) -> Result<(Vec<f64>, f64), Error> {
-        let mut normal = Normal::new(0, joint.core.weights.len(), self.runs.own_offsets);
+        let mut normal = Normal::new(0, joint.core.weights.len());
         for run in self.responses(joint)? {
-            normal.add(&run.rows(&joint.core, &[]));
+            normal.add(&run.rows(&joint.core, &[]), self.own_offset(&run));
         }
         let solution = normal.solve(0.0, LEAST_DIRECT * self.runs.mean_gain());
         Ok((solution.weights, solution.rms))
@@ -262,10 +262,10 @@ impl<'a> JointFit<'a> {
             .iter()
             .map(|&place| self.derivative(joint, place, &responses))
             .collect::<Result<Vec<_>, _>>()?;
-        let mut normal = Normal::new(free.len(), weights, self.runs.own_offsets);
+        let mut normal = Normal::new(free.len(), weights);
         for (i, run) in responses.iter().enumerate() {
             let by_number: Vec<&[f64]> = by_number.iter().map(|runs| &runs[i][..]).collect();
-            normal.add(&run.rows(&joint.core, &by_number));
+            normal.add(&run.rows(&joint.core, &by_number), self.own_offset(run));
         }
         let size = self.seen.displacement_um;
         let floor = LEAST_DIRECT * self.runs.mean_gain();
@@ -287,6 +287,10 @@ impl<'a> JointFit<'a> {
             *joint = next;
         }
         Ok(better)
+    }
+
+    fn own_offset(&self, response: &Response<'_>) -> bool {
+        self.runs.own_offsets || response.frame.run.loose
     }
 
     /// The frames that a fit needs: those with rows, and those that one of them goes on from.

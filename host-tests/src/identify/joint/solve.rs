@@ -9,7 +9,6 @@ use super::super::reduce::non_negative;
 pub struct Normal {
     free: usize,
     gram: Array2<f64>,
-    own_offsets: bool,
 }
 
 /// What solves them.
@@ -23,13 +22,12 @@ pub struct Solution {
 }
 
 impl Normal {
-    /// For so many free and non-negative unknowns; the offset is one for all runs, or one for each.
-    pub fn new(free: usize, weights: usize, own_offsets: bool) -> Self {
+    /// For so many free and non-negative unknowns.
+    pub fn new(free: usize, weights: usize) -> Self {
         let columns = 1 + free + weights + 1;
         Self {
             free,
             gram: Array2::zeros((columns, columns)),
-            own_offsets,
         }
     }
 
@@ -38,10 +36,10 @@ impl Normal {
         self.gram.ncols()
     }
 
-    /// Adds the rows of one run, weights multiplied in.
-    pub fn add(&mut self, rows: &Array2<f64>) {
+    /// Adds the rows of one run, weights multiplied in; the offset is that of all runs, or its own.
+    pub fn add(&mut self, rows: &Array2<f64>, own_offset: bool) {
         let mut gram = rows.t().dot(rows);
-        if self.own_offsets {
+        if own_offset {
             eliminate(&mut gram, 0);
         }
         self.gram += &gram;
@@ -51,9 +49,7 @@ impl Normal {
     /// unknown not below `floor`.
     pub fn solve(mut self, damping: f64, floor: f64) -> Solution {
         let columns = self.columns();
-        if !self.own_offsets {
-            eliminate(&mut self.gram, 0);
-        }
+        eliminate(&mut self.gram, 0);
         let undamped = self.gram.clone();
         for j in 1..=self.free {
             self.gram[(j, j)] += damping;

@@ -37,6 +37,11 @@ pub struct Saturated {
     pub between: Between,
 }
 
+/// Share of the drive's range below which a record rests.
+const RESTING: f64 = 0.02;
+/// The same below which wide plays stand still along a record, where nobody knows.
+const NARROW: f64 = 0.7;
+
 /// How the records began.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Histories {
@@ -127,8 +132,12 @@ pub fn choose_starts(
     histories: Histories,
 ) -> Result<(), Error> {
     let range = runs.drive_range;
+    let known = match histories {
+        Histories::Session => RESTING,
+        Histories::Each => NARROW,
+    };
     for run in &mut runs.runs {
-        run.loose = run.rests(range);
+        run.loose = run.is_narrow(known * range);
     }
     if histories == Histories::Session {
         runs.runs

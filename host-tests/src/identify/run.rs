@@ -14,9 +14,6 @@ const HELD_BACK: f64 = 0.25;
 /// Turning points that a record must have for that: four cycles.
 const LEAST_TURNS: usize = 8;
 
-/// Share of the drive's range below which a run rests.
-const RESTING: f64 = 0.02;
-
 /// Consecutive samples of one role.
 #[derive(Clone, Debug)]
 pub struct Span {
@@ -65,10 +62,10 @@ impl Run {
         }
     }
 
-    /// Whether the drive hardly moves beside `drive_range` (V): then the state that the plays start in
-    /// stays, and is an offset.
-    pub fn rests(&self, drive_range: f64) -> bool {
-        range(&self.drive) < RESTING * drive_range
+    /// Whether the drive moves over less than `volts`: wide plays then stay as they start, and are an
+    /// offset.
+    pub fn is_narrow(&self, volts: f64) -> bool {
+        range(&self.drive) < volts
     }
 
     /// Each record's samples in the run, scored or not, with what is scored of it.

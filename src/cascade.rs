@@ -137,6 +137,79 @@ impl<T: Real, const N: usize, const M: usize, const WINDOW: usize> Cascade<T, N,
         })
     }
 
+    /// Takes the state up again for a reference that rests at `reference` (um) from now on, plays and
+    /// creep where they stand, and returns the drive there (V).
+    ///
+    /// # Errors
+    /// As [`Cascade::step`].
+    pub fn rest_at(
+        &self,
+        state: &mut CascadeState<T, N, WINDOW>,
+        reference: T,
+    ) -> Result<T, SampleError> {
+        let effects = &self.effects;
+        let mut w = self.unscale(reference)?;
+        if let (Some(creep), Some(at)) = (&effects.creep, &mut state.creep) {
+            w = creep.step_inverse(at, w);
+        }
+        for (mode, at) in effects.resonances.iter().zip(&mut state.resonances) {
+            *at = mode.map(|mode| mode.start_inverse(w));
+        }
+        let bent = self.unbend(w);
+        let u = match (&self.hysteresis, &mut state.hysteresis) {
+            (Hysteresis::Explicit(inverse), HysteresisState::Explicit(at)) => {
+                at.rest_at(bent);
+                inverse.step(at, bent)
+            }
+            (Hysteresis::Preview(inverse), HysteresisState::Preview(at)) => {
+                inverse.rest_at(at, bent)
+            }
+            // A state of another cascade: there is no drive to give.
+            _ => return Err(SampleError::NotFinite),
+        };
+        state.amplifier_lag = effects.amplifier_lag.map(|lag| lag.start_inverse(u));
+        state.advance = effects.transport_delay.map(|delay| delay.start_inverse(u));
+        Ok(u)
+    }
+
+    /// The inverse hysteresis operator, whose plays [`Cascade::plays`] are.
+    pub fn inverse(&self) -> &RateDependentPi<T, N> {
+        match &self.hysteresis {
+            Hysteresis::Explicit(inverse) => inverse,
+            Hysteresis::Preview(preview) => preview.inverse(),
+        }
+    }
+
+    /// Outputs of the inverse plays at the latest drive, entries beyond their number of no account.
+    pub fn plays(&self, state: &mut CascadeState<T, N, WINDOW>) -> [T; N] {
+        match &mut state.hysteresis {
+            HysteresisState::Explicit(at) => at.plays().outputs(self.inverse().bank()),
+            HysteresisState::Preview(at) => *at.plays(),
+        }
+    }
+
+    /// Puts the inverse plays elsewhere, one output a play; [`Cascade::rest_at`] comes next.
+    ///
+    /// # Errors
+    /// Outputs that no input can have led to (J 8); the state is unchanged.
+    pub fn put_plays(
+        &self,
+        state: &mut CascadeState<T, N, WINDOW>,
+        outputs: &[T],
+    ) -> Result<(), ParameterError> {
+        let inverse = self.inverse();
+        match &mut state.hysteresis {
+            HysteresisState::Explicit(at) => *at = inverse.start_from(T::ZERO, outputs)?,
+            HysteresisState::Preview(at) => {
+                inverse.bank().check_outputs(outputs)?;
+                for (to, &from) in at.plays().iter_mut().zip(outputs) {
+                    *to = from;
+                }
+            }
+        }
+        Ok(())
+    }
+
     /// Drive (V) for the reference sample (um) of [`Cascade::latency`] samples ago.
     ///
     /// # Errors

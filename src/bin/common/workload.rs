@@ -14,7 +14,7 @@ use hysteron::hysteresis::preview::{PlantRate, PreviewInverse, PreviewSettings};
 use hysteron::hysteresis::{Parameters, RateDependentPi, State};
 use hysteron::link::{Command, FRAME_LEN, Request, Server, encode};
 use hysteron::play::{PlainState, PlayState, StackState};
-use hysteron::record::{ModelRecord, Stage};
+use hysteron::record::{ChainRecord, Inverse, ModelRecord};
 use hysteron::reference::{Reference, STREAM_LEN, Tone, Waveform};
 use hysteron::settings::Settings;
 use hysteron::wiring::Memory;
@@ -326,19 +326,16 @@ pub fn whole_sample(
     let empty = overhead(now);
     let mut count = Count::default();
     let (thresholds, weights) = parameters(plays);
-    let mut model = ModelRecord::default();
-    let stages = [
-        Stage::Hysteresis {
-            thresholds_v: thresholds[..plays].iter().copied().collect(),
-            weights: weights[..=plays].iter().copied().collect(),
-            beta_s: BETA,
-        },
-        Stage::Output {
-            gain_um_per_v: 1.0,
-            offset_um: 0.0,
-        },
-    ];
-    model.stages.extend(stages);
+    let model = ModelRecord::Chain(ChainRecord {
+        thresholds_v: thresholds[..plays].iter().copied().collect(),
+        weights: weights[..=plays].iter().copied().collect(),
+        beta_s: BETA,
+        asymmetry: None,
+        effects: heapless::Vec::new(),
+        gain_um_per_v: 1.0,
+        offset_um: 0.0,
+        inverse: Inverse::Explicit,
+    });
     tell(server, control, Command::SetModel(Some(model)));
     tell(server, control, Command::Record { every: 1 });
     for waveform in references() {

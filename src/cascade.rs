@@ -45,6 +45,34 @@ enum Hysteresis<T, const N: usize, const WINDOW: usize> {
     Preview(PreviewInverse<T, N, WINDOW>),
 }
 
+impl<T: Real, const N: usize, const WINDOW: usize> Hysteresis<T, N, WINDOW> {
+    /// The drive for the next input, `at_rest` if it has rested there until now.
+    // Not inlined, nor are the maps: each is met in several places, and large.
+    #[inline(never)]
+    fn step(
+        &self,
+        state: &mut HysteresisState<T, N, WINDOW>,
+        input: T,
+        at_rest: bool,
+    ) -> Result<T, SampleError> {
+        match (self, state) {
+            (Self::Explicit(inverse), HysteresisState::Explicit(at)) => {
+                if at_rest {
+                    at.rest_at(input);
+                }
+                Ok(inverse.step(at, input))
+            }
+            (Self::Preview(inverse), HysteresisState::Preview(at)) => Ok(if at_rest {
+                inverse.rest_at(at, input)
+            } else {
+                inverse.step(at, input)
+            }),
+            // A state of another cascade: there is no drive to give.
+            _ => Err(SampleError::NotFinite),
+        }
+    }
+}
+
 /// State of a cascade.
 #[derive(Clone, Copy, Debug)]
 pub struct CascadeState<T, const N: usize, const WINDOW: usize> {
@@ -112,18 +140,11 @@ impl<T: Real, const N: usize, const M: usize, const WINDOW: usize> Cascade<T, N,
         let w = self.unscale(first)?;
         let bent = self.unbend(w);
         let effects = &self.effects;
-        let (hysteresis, drive) = match &self.hysteresis {
-            Hysteresis::Explicit(inverse) => {
-                let mut state = inverse.start(bent);
-                let drive = inverse.step(&mut state, bent);
-                (HysteresisState::Explicit(state), drive)
-            }
-            Hysteresis::Preview(preview) => {
-                let mut state = preview.start(bent);
-                let drive = preview.step(&mut state, bent);
-                (HysteresisState::Preview(state), drive)
-            }
+        let mut hysteresis = match &self.hysteresis {
+            Hysteresis::Explicit(inverse) => HysteresisState::Explicit(inverse.start(bent)),
+            Hysteresis::Preview(preview) => HysteresisState::Preview(preview.start(bent)),
         };
+        let drive = self.hysteresis.step(&mut hysteresis, bent, true)?;
         Ok(CascadeState {
             creep: effects.creep.map(|creep| creep.start(w)),
             resonances: effects
@@ -156,17 +177,7 @@ impl<T: Real, const N: usize, const M: usize, const WINDOW: usize> Cascade<T, N,
             *at = mode.map(|mode| mode.start_inverse(w));
         }
         let bent = self.unbend(w);
-        let u = match (&self.hysteresis, &mut state.hysteresis) {
-            (Hysteresis::Explicit(inverse), HysteresisState::Explicit(at)) => {
-                at.rest_at(bent);
-                inverse.step(at, bent)
-            }
-            (Hysteresis::Preview(inverse), HysteresisState::Preview(at)) => {
-                inverse.rest_at(at, bent)
-            }
-            // A state of another cascade: there is no drive to give.
-            _ => return Err(SampleError::NotFinite),
-        };
+        let u = self.hysteresis.step(&mut state.hysteresis, bent, true)?;
         state.amplifier_lag = effects.amplifier_lag.map(|lag| lag.start_inverse(u));
         state.advance = effects.transport_delay.map(|delay| delay.start_inverse(u));
         Ok(u)
@@ -233,14 +244,7 @@ impl<T: Real, const N: usize, const M: usize, const WINDOW: usize> Cascade<T, N,
             }
         }
         let bent = self.unbend(w);
-        let mut u = match (&self.hysteresis, &mut state.hysteresis) {
-            (Hysteresis::Explicit(inverse), HysteresisState::Explicit(at)) => {
-                inverse.step(at, bent)
-            }
-            (Hysteresis::Preview(inverse), HysteresisState::Preview(at)) => inverse.step(at, bent),
-            // A state of another cascade: there is no drive to give.
-            _ => return Err(SampleError::NotFinite),
-        };
+        let mut u = self.hysteresis.step(&mut state.hysteresis, bent, false)?;
         if let (Some(lag), Some(at)) = (&effects.amplifier_lag, &mut state.amplifier_lag) {
             u = lag.step_inverse(at, u);
         }
@@ -250,7 +254,7 @@ impl<T: Real, const N: usize, const M: usize, const WINDOW: usize> Cascade<T, N,
         Ok(u)
     }
 
-    #[inline(always)]
+    #[inline(never)]
     fn unscale(&self, reference: T) -> Result<T, SampleError> {
         let w = (reference - self.offset) * self.per_gain;
         let w = match &self.effects.output_quadratic {
@@ -264,7 +268,7 @@ impl<T: Real, const N: usize, const M: usize, const WINDOW: usize> Cascade<T, N,
         }
     }
 
-    #[inline(always)]
+    #[inline(never)]
     fn unbend(&self, w: T) -> T {
         let mut w = w;
         if let Some(cubic) = &self.effects.cubic {

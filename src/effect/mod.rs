@@ -43,7 +43,8 @@ fn check_sample_time<T: Real>(sample_time: T) -> Result<(), ParameterError> {
 ///
 /// Without a division, which the sample interrupt does not have: a slope that is off by 1e-7 only
 /// takes the last bits a step later.
-#[inline(always)]
+// A map is met in several places: once in the firmware is enough.
+#[inline(never)]
 fn newton<T: Real>(y: T, map: impl Fn(T) -> (T, T)) -> T {
     let mut w = y;
     for _ in 0..6 {

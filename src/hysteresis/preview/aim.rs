@@ -63,6 +63,7 @@ pub(super) struct Return<T, const N: usize> {
 
 impl<T: Real, const N: usize> Return<T, N> {
     /// For the weight `a_0`, the partial sums `A_1..A_n` and `ratio = beta / h`.
+    #[inline(never)]
     pub(super) fn new(a_0: T, sums: &[T], ratio: T) -> Self {
         let slope = |sum: T| sum - (sum - a_0) * ratio;
         let cost = |sum: T| {

@@ -77,7 +77,7 @@ fn followed(rig: &mut Rig, reference: &[f64]) -> Vec<f64> {
     let samples: Vec<f32> = reference.iter().map(|&v| v as f32).collect();
     let mut chunks = samples.chunks(64).enumerate().peekable();
     rig.tell(Command::ResetStream);
-    rig.ticks(128);
+    rig.ticks(2);
     let mut send = |rig: &mut Rig, count: usize| {
         for _ in 0..count {
             if let Some((chunk, samples)) = chunks.next() {
@@ -115,9 +115,11 @@ fn a_stage_that_sees_the_rate_of_its_drive_follows_the_preview() {
     let worst = |record: ModelRecord, latency: u16| {
         let mut rig = Rig::new(bipolar());
         rig.tell(Command::SetSettings(wide()));
+        rig.tick();
         rig.watch(wide());
         rig.step = f64::INFINITY;
         rig.tell(Command::SetModel(Some(record)));
+        rig.tick();
         assert_eq!(rig.statistics().latency, latency);
         let drives = followed(&mut rig, &reference);
         assert_eq!(rig.statistics().limited, 0);
@@ -150,9 +152,11 @@ fn the_cascade_undoes_lag_delay_and_curvature() {
     let reference: Vec<f64> = smooth(4_000, 25.0, 50.0).iter().map(|v| v + 3.0).collect();
     let mut rig = Rig::new(bipolar());
     rig.tell(Command::SetSettings(wide()));
+    rig.tick();
     rig.watch(wide());
     rig.step = f64::INFINITY;
     rig.tell(Command::SetModel(Some(record)));
+    rig.tick();
     // Two samples of the lag, and four of a delay of two and a half.
     assert_eq!(rig.statistics().latency, 6);
     let drives = followed(&mut rig, &reference);
@@ -179,7 +183,8 @@ fn the_cascade_undoes_lag_delay_and_curvature() {
             w += weights[i] * plays[i];
         }
         let y = 3.0 + 0.8 * (w + c * w * w * w);
-        if k > 100 {
+        // Behind its end the reference rests, which leaps its rate: the drive knows that before.
+        if k > 100 && k + 10 < reference.len() {
             worst = worst.max((y - wanted).abs());
         }
     }
@@ -203,6 +208,7 @@ fn the_fallback_goes_on_with_the_very_next_sample() {
     let start = |record: ModelRecord| {
         let mut rig = Rig::new(bipolar());
         rig.tell(Command::SetSettings(wide()));
+        rig.tick();
         rig.watch(wide());
         rig.step = f64::INFINITY;
         rig.tell(Command::SetModel(Some(record)));
@@ -243,9 +249,11 @@ fn a_preview_takes_over_after_its_latency_without_a_jump() {
     };
     let mut rig = Rig::new(bipolar());
     rig.tell(Command::SetSettings(settings));
+    rig.tick();
     rig.watch(settings);
     rig.step = firmware_rig::step_in_codes(&settings);
     rig.tell(Command::SetModel(Some(published())));
+    rig.tick();
     rig.start(Path::Compensated, sine(25.0, 20.0));
     rig.ticks(1_123);
     for round in 0..20 {
@@ -260,12 +268,12 @@ fn a_preview_takes_over_after_its_latency_without_a_jump() {
         assert_eq!(rig.statistics().played, played + 300 + round as u32);
         // Even before the first drive of its own has come, nothing of the reference is lost.
         rig.tell(Command::SetModel(Some(published())));
+        rig.tick();
         rig.tell(Command::SetModel(Some(previewed(PlantRate::Backward))));
         rig.ticks(11);
         rig.tell(Command::SetModel(Some(published())));
         rig.ticks(200);
-        let after = rig.statistics().played;
-        assert!((200..=204).contains(&(after - played - 300 - round as u32)));
+        assert_eq!(rig.statistics().played, played + 300 + round as u32 + 201);
     }
     assert_eq!(rig.statistics().state, State::Run);
 }
@@ -274,6 +282,7 @@ fn a_preview_takes_over_after_its_latency_without_a_jump() {
 fn a_recording_begins_with_the_drive_of_the_first_sample() {
     let mut rig = Rig::new(bipolar());
     rig.tell(Command::SetModel(Some(previewed(PlantRate::Midpoint))));
+    rig.tick();
     rig.tell(Command::Record { every: 1 });
     rig.ticks(3);
     while rig.server.recorded(true).is_some() {}

@@ -26,7 +26,7 @@ fn wide() -> Settings {
 
 fn preview(plant_rate: PlantRate) -> Preview {
     Preview {
-        window: 30,
+        window: 26,
         plant_rate,
     }
 }
@@ -128,7 +128,7 @@ fn a_stage_that_sees_the_rate_of_its_drive_follows_the_preview() {
         errors.fold(0.0, |worst: f64, error| worst.max(error.abs()))
     };
     let explicit = worst(published(), 0);
-    let ahead = worst(previewed(PlantRate::Forward), 29);
+    let ahead = worst(previewed(PlantRate::Forward), 25);
     println!("largest error {explicit} um, {ahead} um with a preview");
     // A code is 1.5 mV, and the rate of a step of it widens the thresholds by 13 mV.
     assert!(explicit > 2.0 && ahead < 0.05, "{explicit} {ahead}");
@@ -260,7 +260,7 @@ fn a_preview_takes_over_after_its_latency_without_a_jump() {
         let played = rig.statistics().played;
         rig.tell(Command::SetModel(Some(previewed(PlantRate::Midpoint))));
         // The reference stands still for the latency, and the output but for what its bias fades by.
-        let still = codes(&mut rig, 29);
+        let still = codes(&mut rig, 25);
         let ramp = exact_code(&settings, 0.2) - exact_code(&settings, 0.0);
         assert!(f64::from(largest_step(&still)) <= ramp + 1.0);
         assert_eq!(rig.statistics().played, played, "round {round}");
@@ -295,10 +295,10 @@ fn a_recording_begins_with_the_drive_of_the_first_sample() {
     };
     assert_eq!(first, 0);
     let recorded: Vec<u16> = codes.iter().map(|codes| codes.drive).collect();
-    assert_eq!(recorded, outputs[29..29 + recorded.len()]);
+    assert_eq!(recorded, outputs[25..25 + recorded.len()]);
     // Until then the stage rested where the reference begins.
-    assert!(outputs[..30].iter().all(|&code| code == 0x8000));
-    assert!(outputs[30] > 0x8000);
+    assert!(outputs[..26].iter().all(|&code| code == 0x8000));
+    assert!(outputs[26] > 0x8000);
 }
 
 #[test]
@@ -312,11 +312,11 @@ fn a_stream_that_runs_dry_is_waited_for_and_goes_on() {
     rig.start(Path::Compensated, Waveform::Stream);
     rig.ticks(150);
     // What the compensator looks at is still to come.
-    assert_eq!(rig.statistics().played, 128 - 29);
+    assert_eq!(rig.statistics().played, 128 - 25);
     let held = rig.last.code;
     rig.stream(128, &samples[128..]);
     let after = codes(&mut rig, 64);
-    assert_eq!(rig.statistics().played, 192 - 29);
+    assert_eq!(rig.statistics().played, 192 - 25);
     assert_eq!(rig.statistics().underruns, 1);
     assert!(after[0].abs_diff(held) <= 1);
 }

@@ -23,7 +23,7 @@ mod cycles {
     use hysteron::board::stm32f405::full_speed;
     use hysteron::wiring::Memory;
 
-    use crate::workload::{Nobody, Row, connect, row, sines, whole_sample};
+    use crate::workload::{Choice, Nobody, Row, connect, row, sines, whole_sample};
 
     fn print(row: &Row) {
         let (plain, stack) = (row.plain, row.stack);
@@ -65,7 +65,7 @@ mod cycles {
         println!("sample without interrupt and converter");
         let mut ends = connect(MEMORY);
         for plays in [3, 10] {
-            let count = whole_sample(&mut ends, now, plays);
+            let count = whole_sample(&mut ends, now, Choice::Explicit(plays, false));
             let (mean, spread) = (count.mean(), count.spread());
             println!("n {}: {} {} {}", plays, mean, spread, count.worst);
         }

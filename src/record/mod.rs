@@ -29,8 +29,9 @@ pub const DEAD_ZONES: usize = 4;
 pub const SLOPES: usize = DEAD_ZONES + 1;
 /// Effects that a record has room for.
 pub const EFFECTS: usize = 12;
-/// Reference samples that a preview inverse of the target can look at.
-pub const WINDOW: usize = 32;
+/// Reference samples that a preview inverse of the target can look at: as many as it has time for at
+/// 10 kHz.
+pub const WINDOW: usize = 26;
 
 /// How far the sample time of a modified play model may be from that of the settings, over it.
 pub const SAMPLE_TIME_TOLERANCE: f32 = 1e-4;

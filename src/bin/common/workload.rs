@@ -256,6 +256,7 @@ pub fn row<const N: usize, R: Rival<N>>(now: impl Fn() -> u32 + Copy, plays: usi
 }
 
 /// A preview inverse of `N` plays with one sweep in a tick, on the references.
+#[allow(dead_code, reason = "for the emulator only")]
 pub fn preview<const N: usize>(
     now: impl Fn() -> u32 + Copy,
     window: usize,

@@ -3,7 +3,10 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use hysteron_host::pil::sizes;
+use hysteron::hysteresis::preview::PlantRate;
+use hysteron_host::link::model::Choice;
+use hysteron_host::model_file::{AmplifierLag, Hysteresis, ModelFile, Stage};
+use hysteron_host::pil::{Comparison, Hardware, Plant, compare, sizes};
 use serde_json::Value;
 
 fn firmware() -> PathBuf {
@@ -74,14 +77,14 @@ fn the_firmware_follows_paper_j_bit_for_bit() {
     }
     let per_tick = |which: &str| json["instructions_per_tick"][which].as_u64().unwrap();
     assert!(per_tick("min") <= per_tick("median") && per_tick("median") <= per_tick("max"));
-    assert!(per_tick("max") <= 470, "{}", per_tick("max"));
+    assert!(per_tick("max") <= 520, "{}", per_tick("max"));
 
     let [text, data, bss] = binutils(&firmware());
     assert_eq!(json["flash_bytes"], text + data);
     let static_ram = data + bss;
     let ram = json["ram_bytes"].as_u64().unwrap();
     assert_eq!(sizes(&firmware()).unwrap().ram_bytes, static_ram);
-    assert!(ram > static_ram && ram <= 24 * 1024, "{ram}");
+    assert!(ram > static_ram && ram <= 48 * 1024, "{ram}");
 
     let page = std::fs::read_to_string(out.join("report.html")).unwrap();
     assert!(page.contains("agree bit for bit") && !page.contains("class=\"verdict bad\""));
@@ -117,4 +120,61 @@ fn what_is_missing_is_told_in_one_line() {
         assert!(run(&["--firmware", own], Some("")).contains("apt-get install qemu-system-arm"));
     }
     assert!(!folder.path().join("out").exists());
+}
+
+/// A stage of the baseline's hysteresis behind an amplifier that lags, in steps of its own: the lag by
+/// its equation, twenty to a sample.
+fn lagging(tau_s: f64) -> Plant {
+    let (mut before, mut lagged, mut play) = (0.0, 0.0, 0.0f64);
+    Box::new(move |drive_v| {
+        for i in 1..=20 {
+            let target = before + (drive_v - before) * f64::from(i) / 20.0;
+            lagged += (target - lagged) * (1.0 - (-1e-4 / 20.0 / tau_s).exp());
+        }
+        before = drive_v;
+        play = lagged - (lagged - play).clamp(-8.0, 8.0);
+        Ok(0.8 * lagged + 0.3 * play)
+    })
+}
+
+#[test]
+#[ignore = "needs QEMU and the firmware: scripts/check-firmware.sh"]
+fn an_extended_model_beats_the_baseline_on_a_stage_with_the_hidden_effect() {
+    let hysteresis = Stage::Hysteresis(Hysteresis {
+        thresholds_v: vec![8.0],
+        weights: vec![0.8, 0.3],
+        beta_s: 0.0,
+    });
+    let lag = Stage::AmplifierLag(AmplifierLag { tau_s: 4e-4 });
+    let baseline = ModelFile::new("hysteresis", vec![hysteresis.clone()]);
+    let extended = ModelFile::new("with its lag", vec![lag, hysteresis]);
+    let reference: Vec<f64> = (0..4_000)
+        .map(|k| {
+            let t = f64::from(k) * 1e-4;
+            30.0 * (t * 20.0).min(1.0).powi(2) * (std::f64::consts::TAU * 30.0 * t).sin()
+        })
+        .collect();
+    let compared = compare(
+        &firmware(),
+        &Comparison {
+            name: "amplifier lag",
+            baseline: (&baseline, Choice::Explicit),
+            extended: (&extended, Choice::Cascade(PlantRate::Midpoint)),
+            hardware: Hardware::paper_j().unwrap(),
+            reference_um: &reference,
+            skipped: 500,
+        },
+        &|| Ok(lagging(4e-4)),
+    )
+    .unwrap();
+    let json = compared.to_json();
+    println!("{json:#}");
+    assert_eq!(json["bit_exact"], true);
+    assert!(json["samples"].as_u64().unwrap() > 8_000);
+    let rms = |which: &str| json[which]["error_um"]["rms"].as_f64().unwrap();
+    // 0.4 ms of 30 Hz and 30 um: 1.6 um rms. The sensor's code is 29 nm.
+    assert!((1.2..2.0).contains(&rms("baseline")), "{}", rms("baseline"));
+    assert!(rms("extended") < 0.05, "{}", rms("extended"));
+    assert_eq!(json["baseline"]["latency_samples"], 0);
+    assert_eq!(json["extended"]["latency_samples"], 2);
 }

@@ -4,7 +4,8 @@ use std::fs;
 
 use hysteron::settings::Settings;
 use hysteron_host::dataset::{Dataset, NewRecord, Role, add_record};
-use hysteron_host::link::{model, settings};
+use hysteron_host::link::model::{self, Choice};
+use hysteron_host::link::settings;
 use hysteron_host::model_file::{Hysteresis, ModelFile, Stage, builtin};
 use hysteron_host::pil::Hardware;
 
@@ -66,23 +67,23 @@ fn models_are_judged_before_they_are_sent() {
         ModelFile::new("bank", vec![Stage::Hysteresis(hysteresis)])
     };
     let settings = Settings::default();
-    assert!(model::record(&bank(16, 1.0), &settings).is_ok());
-    let said = message(model::record(&bank(17, 1.0), &settings));
+    assert!(model::record(&bank(16, 1.0), &settings, Choice::Explicit).is_ok());
+    let said = message(model::record(&bank(17, 1.0), &settings, Choice::Explicit));
     assert!(
         said.contains("17 plays") && said.contains("--plays 16"),
         "{said}"
     );
-    let said = message(model::record(&bank(3, -1.0), &settings));
+    let said = message(model::record(&bank(3, -1.0), &settings, Choice::Explicit));
     assert!(said.contains("weights[0]"), "{said}");
     // Apart in double precision, one in single.
     let mut close = bank(2, 1.0);
     if let Stage::Hysteresis(hysteresis) = &mut close.stages[0] {
         hysteresis.thresholds_v = vec![1.0, 1.0 + 1e-9];
     }
-    let said = message(model::record(&close, &settings));
+    let said = message(model::record(&close, &settings, Choice::Explicit));
     assert!(said.contains("thresholds_v[1]"), "{said}");
     for name in ["p753", "p753-printed", "example-f"] {
-        assert!(model::record(&builtin(name).unwrap(), &settings).is_ok());
+        assert!(model::record(&builtin(name).unwrap(), &settings, Choice::Explicit).is_ok());
     }
 }
 

@@ -264,13 +264,15 @@ fn dim_agrees_bit_for_bit_within_its_budget() {
     assert_eq!(emulator.end().unwrap(), (Some(0), String::new()));
 }
 
-/// A lag, a delay, both curvatures, a mode and eight decades of creep around a hysteresis.
+/// A lag, a delay, both curvatures, a gap, a mode, eight decades of creep and interleaving around a
+/// hysteresis.
 fn with_effects(record: ModelRecord) -> ModelRecord {
     let effects = [
         Effect::AmplifierLag { tau_s: 2e-4 },
         Effect::TransportDelay { delay_s: 1.3e-4 },
         Effect::Quadratic { q: 5e-4 },
         Effect::Cubic { c: 1e-5 },
+        Effect::Backlash { width: 0.4 },
         Effect::Resonance {
             f_n_hz: 900.0,
             zeta: 0.05,
@@ -280,6 +282,7 @@ fn with_effects(record: ModelRecord) -> ModelRecord {
             tau_min_s: 1e-2,
             tau_max_s: 1e5,
         },
+        Effect::Interleaving { g: 2e-3 },
     ];
     with(record, |chain| {
         chain.effects = heapless::Vec::from_slice(&effects).unwrap();

@@ -255,6 +255,18 @@ fn bad_settings_and_models_leave_the_old_ones_in_force() {
         (&[mode, lag][..], RecordError::Order(1)),
         (&[lag, lag], RecordError::Order(1)),
         (
+            &[mode, Effect::Backlash { width: 1.0 }],
+            RecordError::Order(1),
+        ),
+        (
+            &[Effect::Interleaving { g: 1e-3 }, mode],
+            RecordError::Order(1),
+        ),
+        (
+            &[Effect::Backlash { width: -1.0 }],
+            RecordError::Parameter(ParameterError::Negative(Field::Width)),
+        ),
+        (
             &[mode, mode, mode, mode],
             RecordError::Parameter(ParameterError::TooLarge(Field::Modes)),
         ),

@@ -75,7 +75,7 @@ fn circle<T: Target>(target: T) -> (f64, f64, T) {
     let settings = client.settings().unwrap();
     let record = model::record(&loaded, &settings, Choice::Explicit)
         .unwrap()
-        .0;
+        .record;
     client.tell(Command::SetModel(Some(record))).unwrap();
 
     // 60 um from peak to peak with minor loops, three periods of 0.1 s, the first not counted.

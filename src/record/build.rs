@@ -9,9 +9,11 @@ use crate::cascade::Cascade;
 use crate::chain::{Chain, DELAY_SPAN, Effects, MODES};
 use crate::dim::{Dim, Law};
 use crate::effect::asymmetry::{Asymmetry, Side};
+use crate::effect::backlash::Backlash;
 use crate::effect::creep::Creep;
 use crate::effect::cubic::Cubic;
 use crate::effect::delay::Delay;
+use crate::effect::interleaving::Interleaving;
 use crate::effect::lag::Lag;
 use crate::effect::quadratic::Quadratic;
 use crate::effect::resonance::Resonance;
@@ -172,6 +174,8 @@ impl ChainRecord {
                 Effect::OutputQuadratic { q } => {
                     effects.output_quadratic = Some(Quadratic::new(q)?);
                 }
+                Effect::Backlash { width } => effects.backlash = Some(Backlash::new(width)?),
+                Effect::Interleaving { g } => effects.interleaving = Some(Interleaving::new(g)?),
             }
         }
         Ok(effects)

@@ -71,6 +71,8 @@ pub struct ChainRecord {
 }
 
 /// What stands before the hysteresis and behind the asymmetry map; keys as in `model.toml`.
+///
+/// A new one comes last, wherever it is in the signal: those before it keep their numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Effect {
     /// The amplifier's lag.
@@ -113,6 +115,16 @@ pub enum Effect {
     OutputQuadratic {
         /// In 1/V.
         q: f32,
+    },
+    /// A gap behind the curvatures, before the modes.
+    Backlash {
+        /// Whole width in V.
+        width: f32,
+    },
+    /// Product of displacement and drive of the sample before, behind gain and offset.
+    Interleaving {
+        /// In 1/V.
+        g: f32,
     },
 }
 
@@ -214,9 +226,11 @@ impl Effect {
             Self::TransportDelay { .. } => 1,
             Self::Quadratic { .. } => 2,
             Self::Cubic { .. } => 3,
-            Self::Resonance { .. } => 4,
-            Self::Creep { .. } => 5,
-            Self::OutputQuadratic { .. } => 6,
+            Self::Backlash { .. } => 4,
+            Self::Resonance { .. } => 5,
+            Self::Creep { .. } => 6,
+            Self::OutputQuadratic { .. } => 7,
+            Self::Interleaving { .. } => 8,
         }
     }
 }

@@ -45,24 +45,36 @@ impl Choice {
     }
 }
 
-/// The record for a target with these settings, judged as the target will judge it, and the samples
-/// that its compensator looks ahead.
+/// A model on its way to a target.
+#[derive(Clone, Debug)]
+pub struct Prepared {
+    /// What is sent.
+    pub record: ModelRecord,
+    /// Samples that its compensator looks ahead.
+    pub latency: usize,
+    /// Stages of the file that no compensator undoes, limits of the amplifier and what only the sensor
+    /// sees: the record is without them.
+    pub left_out: Vec<&'static str>,
+}
+
+/// The record for a target with these settings, judged as the target will judge it.
 ///
 /// # Errors
-/// More plays, dead zones, effects or preview than the target has room for, a choice that does not
-/// suit the model, or a compensator that does not exist in single precision.
-pub fn record(
-    file: &ModelFile,
-    settings: &Settings,
-    choice: Choice,
-) -> Result<(ModelRecord, usize), Error> {
+/// More plays, dead zones, effects or preview than the target has room for, a rate law or a congruency,
+/// a choice that does not suit the model, or a compensator that does not exist in single precision.
+pub fn record(file: &ModelFile, settings: &Settings, choice: Choice) -> Result<Prepared, Error> {
     let sample_time = 1.0 / settings.sample_rate_hz;
     let record = convert(file, sample_time, choice)
         .map_err(|problem| Error::request(format!("model \"{}\" {problem}", file.name)))?;
     let compensator = record
         .compensator(sample_time)
         .map_err(|error| Error::request(refusal::model(error)))?;
-    Ok((record, compensator.latency()))
+    let left = file.effects().filter(|stage| !stage.inverted());
+    Ok(Prepared {
+        latency: compensator.latency(),
+        record,
+        left_out: left.map(Stage::name).collect(),
+    })
 }
 
 fn convert(file: &ModelFile, sample_time: f32, choice: Choice) -> Result<ModelRecord, String> {
@@ -99,11 +111,12 @@ fn chain(file: &ModelFile, sample_time: f32, choice: Choice) -> Result<ChainReco
         offset_um: offset_um as f32,
         inverse: Inverse::Explicit,
     };
-    for stage in file.effects() {
+    for stage in file.effects().filter(|stage| stage.inverted()) {
         let effect = effect(stage).ok_or_else(|| {
             let name = stage.name();
             format!(
-                "has a stage {name}, which the firmware does not know; upload a model without it"
+                "has a stage {name}, which the firmware cannot undo; compensate on the host with \
+                 --inverse cascade, or identify it without that effect"
             )
         })?;
         record
@@ -168,6 +181,12 @@ fn effect(stage: &Stage) -> Option<Effect> {
             tau_max_s: creep.tau_max_s as f32,
         },
         Stage::OutputQuadratic(map) => Effect::OutputQuadratic { q: map.q as f32 },
+        Stage::Backlash(gap) => Effect::Backlash {
+            width: gap.width as f32,
+        },
+        Stage::Interleaving(product) => Effect::Interleaving {
+            g: product.g as f32,
+        },
         _ => return None,
     })
 }

@@ -63,7 +63,8 @@ pub(super) fn model(error: RecordError) -> String {
     match error {
         RecordError::Order(index) => format!(
             "effect {index} of the model, counted from 0, is out of place; the order is \
-             amplifier-lag, transport-delay, quadratic, cubic, resonance, creep, output-quadratic"
+             amplifier-lag, transport-delay, quadratic, cubic, backlash, resonance, creep, \
+             output-quadratic, interleaving"
         ),
         RecordError::Window => format!(
             "the preview is not 2 to {} samples; lower sample_rate_hz or choose the explicit inverse",

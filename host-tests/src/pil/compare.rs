@@ -47,6 +47,8 @@ pub struct Reached {
     pub error: Errors,
     /// Samples that the compensator looks ahead.
     pub latency: usize,
+    /// Stages of the model that no compensator undoes.
+    pub left_out: Vec<&'static str>,
     /// Least, median and most instructions of a sample.
     pub instructions: (u32, u32, u32),
     /// Samples in which range or slew of the settings held the drive back.
@@ -122,14 +124,14 @@ fn reach(
     choice: Choice,
 ) -> Result<Reached, Error> {
     let settings = comparison.hardware.settings;
-    let (record, latency) = model::record(file, &settings, choice)?;
+    let prepared = model::record(file, &settings, choice)?;
     let excitation = Excitation::streamed(control::Path::Compensated, comparison.reference_um)?;
     let played = {
         let (mut client, _) = Client::connect(bench)?;
         // The first sample after power-on.
         client.wait(Duration::from_millis(1))?;
         client.tell(Command::SetSettings(settings))?;
-        client.tell(Command::SetModel(Some(record)))?;
+        client.tell(Command::SetModel(Some(prepared.record)))?;
         play(&mut client, &excitation, true, &mut |_| {})?
     };
     let mut counts = bench.take_instructions();
@@ -144,7 +146,8 @@ fn reach(
         inverse: choice.name(),
         displacement_um,
         error,
-        latency,
+        latency: prepared.latency,
+        left_out: prepared.left_out,
         instructions: (
             at(0),
             at(counts.len() / 2),
@@ -161,6 +164,7 @@ impl Reached {
             "model": self.model,
             "inverse": self.inverse,
             "error_um": { "max": self.error.max_um, "rms": self.error.rms_um },
+            "left_out": self.left_out,
             "latency_samples": self.latency,
             "latency_s": self.latency as f64 * sample_time_s,
             "instructions_per_tick": { "min": min, "median": median, "max": max },

@@ -201,7 +201,7 @@ fn follow(
         while client.statistics()?.driver_enabled {
             client.wait(std::time::Duration::from_millis(20))?;
         }
-        let (record, _) = model::record(file, &client.settings()?, Choice::Explicit)?;
+        let record = model::record(file, &client.settings()?, Choice::Explicit)?.record;
         client.tell(Command::SetModel(Some(record)))?;
         let excitation = Excitation {
             path,

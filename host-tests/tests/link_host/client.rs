@@ -42,7 +42,7 @@ fn commands_come_through_a_bad_line() {
         let settings = client.settings().unwrap();
         let record = model::record(&builtin("p753").unwrap(), &settings, Choice::Explicit)
             .unwrap()
-            .0;
+            .record;
         client
             .tell(Command::SetModel(Some(record.clone())))
             .unwrap();
@@ -78,7 +78,7 @@ fn refusals_say_what_to_do() {
     assert!(refused.contains("ramp_v_per_s"), "{refused}");
     let mut record = model::record(&builtin("p753").unwrap(), &settings, Choice::Explicit)
         .unwrap()
-        .0;
+        .record;
     if let ModelRecord::Chain(chain) = &mut record {
         let effects = [Effect::Cubic { c: 0.0 }, Effect::Quadratic { q: 0.0 }];
         chain.effects.extend(effects);

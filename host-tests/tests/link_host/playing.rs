@@ -122,7 +122,7 @@ fn streams_longer_than_the_queue_run_through() {
     let settings = client.settings().unwrap();
     let record = model::record(&builtin("p753").unwrap(), &settings, Choice::Explicit)
         .unwrap()
-        .0;
+        .record;
     client.tell(Command::SetModel(Some(record))).unwrap();
     let reference: Vec<f64> = (0..5_000)
         .map(|k| 30.0 * (TAU * 10.0 * f64::from(k) * H).sin())
@@ -234,7 +234,7 @@ fn a_fault_is_told_and_cleared() {
     let settings = client.settings().unwrap();
     let record = model::record(&builtin("p753").unwrap(), &settings, Choice::Explicit)
         .unwrap()
-        .0;
+        .record;
     client.tell(Command::SetModel(Some(record))).unwrap();
     // Finite, but not on its way through the compensator.
     let reference = Excitation::streamed(Path::Compensated, &[0.0, 1.0, 3e38, 0.0]).unwrap();

@@ -10,7 +10,7 @@ use hysteron::link::{Command, Identity};
 use hysteron::record::{self, ModelRecord};
 use hysteron::settings::Settings;
 use hysteron_host::error::Error;
-use hysteron_host::link::model::Choice;
+use hysteron_host::link::model::{Choice, Prepared};
 use hysteron_host::link::{self, Client};
 use hysteron_host::model_file::{self, ModelFile, Stage};
 
@@ -92,7 +92,11 @@ impl Upload {
         let file = model_file::resolve(&self.model)?;
         let choice = self.choice(&file)?;
         let settings = client.settings()?;
-        let (record, latency) = link::model::record(&file, &settings, choice)?;
+        let Prepared {
+            record,
+            latency,
+            left_out,
+        } = link::model::record(&file, &settings, choice)?;
         client.tell(Command::SetModel(Some(record.clone())))?;
         if client.model()?.as_ref() != Some(&record) {
             return Err(Error::request(
@@ -102,12 +106,22 @@ impl Upload {
         }
         let left: Vec<&str> = match choice {
             Choice::Cascade(_) => Vec::new(),
-            _ => file.effects().map(Stage::name).collect(),
+            _ => {
+                let undone = file.effects().filter(|stage| stage.inverted());
+                undone.map(Stage::name).collect()
+            }
         };
         if !left.is_empty() {
             eprintln!(
                 "note: {} of model \"{}\" stays as it is; --inverse cascade undoes it",
                 left.join(", "),
+                file.name
+            );
+        }
+        if !left_out.is_empty() {
+            eprintln!(
+                "note: {} of model \"{}\" left out, no compensator undoes it",
+                left_out.join(", "),
                 file.name
             );
         }

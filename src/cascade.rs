@@ -408,18 +408,16 @@ impl<T: Real, const N: usize, const WINDOW: usize> Hysteresis<T, N, WINDOW> {
                     at.rest_at(w);
                 }
                 Ok(match law {
-                    Some(law) => {
+                    Some(law) if WITH_LAWS => {
                         let rate = (w - at.previous()) / inverse.sample_time();
                         inverse.step_with_rate(at, w, law.step(rate))
                     }
-                    None => inverse.step(at, w),
+                    _ => inverse.step(at, w),
                 })
             }
-            (Self::Preview(inverse), HysteresisState::Preview(at)) => Ok(if at_rest {
-                inverse.rest_at(at, w)
-            } else {
-                inverse.step(at, w)
-            }),
+            (Self::Preview(inverse), HysteresisState::Preview(at)) => {
+                Ok(look_ahead(inverse, at, w, at_rest))
+            }
             (
                 Self::Congruent(operator, congruency),
                 HysteresisState::Congruent { plays, previous },
@@ -439,6 +437,21 @@ impl<T: Real, const N: usize, const WINDOW: usize> Hysteresis<T, N, WINDOW> {
             // A state of another cascade: there is no drive to give.
             _ => Err(SampleError::NotFinite),
         }
+    }
+}
+
+// By itself it keeps its registers.
+#[inline(never)]
+fn look_ahead<T: Real, const N: usize, const WINDOW: usize>(
+    inverse: &PreviewInverse<T, N, WINDOW>,
+    state: &mut PreviewState<T, N, WINDOW>,
+    w: T,
+    at_rest: bool,
+) -> T {
+    if at_rest {
+        inverse.rest_at(state, w)
+    } else {
+        inverse.step(state, w)
     }
 }
 

@@ -16,6 +16,7 @@ use hysteron_host::pil::{
 use hysteron_host::plant::Stage;
 use hysteron_host::signals::{Quantity, read};
 
+use super::link::note_left_out;
 use super::progress;
 
 /// Run the firmware in an emulator around a simulated stage.
@@ -72,6 +73,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         let compared = compare(&firmware, [model, extended, plant], reference)?;
         steps.finish_and_clear();
         folder.add("pil.json", format!("{:#}\n", compared.to_json()))?;
+        folder.add("report.html", pil::comparison_page(&compared).to_html())?;
         folder.commit()?;
         return told(&compared, &arguments.out);
     }
@@ -156,9 +158,14 @@ fn told(compared: &Compared, out: &Path) -> Result<(), Error> {
             one.latency,
             one.instructions.2
         );
+        note_left_out(&one.left_out, &one.model);
     }
-    println!("written to {}: pil.json", out.display());
-    agreed(compared.first_difference.as_deref(), compared.samples, "")
+    println!("written to {}: pil.json, report.html", out.display());
+    agreed(
+        compared.first_difference.as_deref(),
+        compared.samples,
+        "; see report.html",
+    )
 }
 
 /// What host and firmware had in common.

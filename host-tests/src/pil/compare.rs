@@ -60,6 +60,8 @@ pub struct Reached {
 pub struct Compared {
     /// As in the [`Comparison`].
     pub name: String,
+    /// As in the [`Comparison`].
+    pub reference_um: Vec<f64>,
     /// With the model to beat.
     pub baseline: Reached,
     /// With the extended one.
@@ -99,6 +101,7 @@ pub fn compare(
     let extended = follow(comparison.extended)?;
     Ok(Compared {
         name: comparison.name.to_owned(),
+        reference_um: comparison.reference_um.to_vec(),
         baseline,
         extended,
         samples,

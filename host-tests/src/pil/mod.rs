@@ -8,6 +8,7 @@
 
 mod bench;
 mod compare;
+mod comparison_page;
 mod emulator;
 pub mod experiment;
 mod firmware;
@@ -18,6 +19,7 @@ mod target;
 
 pub use bench::{Bench, Hardware, Plant};
 pub use compare::{Compared, Comparison, Reached, compare, model_plant};
+pub use comparison_page::comparison_page;
 pub use emulator::Emulator;
 pub use firmware::{Sizes, build, sizes};
 pub use page::page;

@@ -14,7 +14,7 @@ use hysteron_host::link::model::{Choice, Prepared};
 use hysteron_host::link::{self, Client};
 use hysteron_host::model_file::{self, ModelFile, Stage};
 
-use super::watch;
+use super::{note_left_out, watch};
 use crate::cli::compensate::Rate;
 
 /// Prints who is there.
@@ -118,13 +118,7 @@ impl Upload {
                 file.name
             );
         }
-        if !left_out.is_empty() {
-            eprintln!(
-                "note: {} of model \"{}\" left out, no compensator undoes it",
-                left_out.join(", "),
-                file.name
-            );
-        }
+        note_left_out(&left_out, &file.name);
         println!("model \"{}\" in force: {}", file.name, describe(&record));
         println!("latency: {}", samples_and_ms(latency, &settings));
         Ok(())

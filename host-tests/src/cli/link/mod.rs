@@ -71,3 +71,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         Action::Watch(watch) => watch.run(client),
     }
 }
+
+/// Tells of stages of a model that the target does without.
+pub fn note_left_out(stages: &[&str], model: &str) {
+    if !stages.is_empty() {
+        let stages = stages.join(", ");
+        eprintln!("note: {stages} of model \"{model}\" left out, no compensator undoes it");
+    }
+}

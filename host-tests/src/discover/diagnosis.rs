@@ -39,6 +39,8 @@ pub struct FoundEffect {
     pub effect: Effect,
     /// Others that explain as much.
     pub also_possible: Vec<Effect>,
+    /// The models with each of the others in its place, in the same order.
+    pub rivals: Vec<ModelFile>,
     /// Excess on the select records after adding it over that before.
     pub left_over: f64,
     /// Its stage of the model.

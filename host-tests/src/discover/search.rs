@@ -19,6 +19,11 @@ pub const PLAYS: (usize, usize) = (12, 28);
 /// Effects that are looked at more closely.
 const CLOSER: usize = 6;
 
+/// The best of those whose thresholds are sharpened, how often, and beside how many plays at most.
+const SHARPENED: usize = 4;
+const SHARPER: usize = 2;
+const MOST_PLAYS: usize = 48;
+
 /// A model with what it leaves over.
 #[derive(Clone, Debug)]
 pub struct Candidate {
@@ -42,6 +47,18 @@ impl Candidate {
             order,
             select,
         })
+    }
+
+    /// Moves the thresholds closer to those of the stage.
+    ///
+    /// # Errors
+    /// Numbers that the core refuses.
+    pub fn sharpen(&mut self, fit: &JointFit<'_>) -> Result<(), Error> {
+        for _ in 0..SHARPER {
+            fit.sharpen(&mut self.joint, MOST_PLAYS)?;
+        }
+        self.select = judged(fit, &self.joint)?;
+        Ok(())
     }
 
     /// The effect that was added last.
@@ -171,6 +188,12 @@ pub fn one_more(
         ground = ground.seen_by(&best.joint)?;
         let rich = ground.refit(&base.joint.terms, PLAYS.1, &base.order)?;
         refined = expand(&ground.fit(), &rich, &close)?;
+        let fit = ground.fit();
+        refined
+            .par_iter_mut()
+            .take(SHARPENED)
+            .try_for_each(|candidate| candidate.sharpen(&fit))?;
+        sort(&mut refined);
         let Some(first) = refined.first() else {
             break;
         };

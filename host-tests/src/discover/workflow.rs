@@ -11,7 +11,7 @@ use super::baseline::{Baseline, Histories, saturate};
 use super::diagnosis::{
     Ablation, Diagnosis, FoundEffect, RecordResiduals, Residuals, Roles, Verdict, excess,
 };
-use super::search::{Candidate, Ground, PLAYS, one_more, possible, rms};
+use super::search::{Candidate, Ground, one_more, rms};
 
 /// Excess on the select records below which nothing is missing, over the noise.
 const BAR: f64 = 0.5;
@@ -25,8 +25,6 @@ const PARTIAL: f64 = 0.7;
 const AMBIGUOUS: f64 = 1.5;
 /// Effects at most.
 const MOST: usize = 4;
-/// Partial solutions that are followed.
-const BEAM: usize = 3;
 
 /// What a diagnosis may do.
 #[derive(Clone, Debug, PartialEq)]
@@ -82,7 +80,10 @@ fn grounds(runs: &Runs, baseline: &Baseline) -> Result<Vec<(Ground, Candidate)>,
             between: saturated.between,
             histories,
         };
-        let base = Candidate::new(&ground.fit(), saturated.joint, Vec::new())?;
+        let fit = ground.fit();
+        let mut base = Candidate::new(&fit, saturated.joint, Vec::new())?;
+        base.sharpen(&fit)?;
+        drop(fit);
         grounds.push((ground, base));
     }
     let rms = |(_, base): &(Ground, Candidate)| base.select.hypot(base.joint.rms);
@@ -99,8 +100,10 @@ fn grounds(runs: &Runs, baseline: &Baseline) -> Result<Vec<(Ground, Candidate)>,
 /// A step of the search that was taken.
 struct Step {
     effect: Effect,
-    also_possible: Vec<Effect>,
+    /// The other members of the ambiguity set.
+    rivals: Vec<Candidate>,
     left_over: f64,
+    ground: Ground,
 }
 
 struct Search {
@@ -155,16 +158,13 @@ impl Search {
             let left = |c: &Candidate| excess(c.select, noise) / excess(before, noise).max(1e-300);
             let limit = (AMBIGUOUS * left(best)).max(left(best) + 0.02);
             let newest = best.newest();
-            let also_possible = found
-                .iter()
-                .skip(1)
-                .filter(|c| left(c) <= limit)
-                .filter_map(Candidate::newest)
-                .collect();
+            let rivals = found.iter().skip(1).filter(|c| left(c) <= limit);
+            let rivals = rivals.cloned().collect();
             search.steps.extend(newest.map(|effect| Step {
                 effect,
-                also_possible,
+                rivals,
                 left_over: left(best),
+                ground: ground.clone(),
             }));
             search.found = best.clone();
             search.found_on = ground;
@@ -193,7 +193,7 @@ impl Search {
             } else {
                 Verdict::Unknown
             }
-        } else if left <= NAMED {
+        } else if left <= NAMED || excess(self.found.select, self.noise) < BAR * self.noise {
             Verdict::Named
         } else if left <= PARTIAL {
             Verdict::Partial
@@ -217,6 +217,10 @@ impl Search {
         } else {
             &self.steps[..]
         };
+        let model = |ground: &Ground, candidate: &Candidate| {
+            let fit = ground.fit();
+            joint_model(&dataset.name, &candidate.joint, &fit)
+        };
         let mut counted: Vec<Effect> = Vec::new();
         let effects = steps
             .iter()
@@ -230,28 +234,26 @@ impl Search {
                     .iter()
                     .filter(|t| t.effect == step.effect)
                     .nth(earlier);
-                FoundEffect {
+                let rivals = step.rivals.iter().map(|rival| model(&step.ground, rival));
+                Ok(FoundEffect {
                     effect: step.effect,
-                    also_possible: step.also_possible.clone(),
+                    also_possible: step.rivals.iter().filter_map(Candidate::newest).collect(),
+                    rivals: rivals.collect::<Result<_, Error>>()?,
                     left_over: step.left_over,
                     stage: term.and_then(|t| t.effect.template().stage(&t.numbers, &seen, gain)),
                     numbers: match step.effect {
                         Effect::RateDependence => vec![("beta_s", found.joint.core.beta)],
                         _ => Vec::new(),
                     },
-                }
+                })
             })
-            .collect();
+            .collect::<Result<_, Error>>()?;
         let roles = |ground: &Ground, candidate: &Candidate| {
             Ok::<_, Error>(Roles {
                 fit: rms(ground, candidate, Role::Fit)?,
                 select: rms(ground, candidate, Role::Select)?,
                 report: rms(ground, candidate, Role::Report)?,
             })
-        };
-        let model = |ground: &Ground, candidate: &Candidate| {
-            let fit = ground.fit();
-            joint_model(&dataset.name, &candidate.joint, &fit)
         };
         Ok(Diagnosis {
             name: dataset.name.clone(),

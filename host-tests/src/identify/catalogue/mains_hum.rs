@@ -8,6 +8,35 @@ use super::{Seen, Template};
 /// See the [module](self).
 pub struct MainsHum;
 
+/// How far the mains may be off, over their frequency.
+const OFF: f64 = 0.012;
+/// Frequencies that are tried for each line at most.
+const TRIED: usize = 1_500;
+
+/// Starts at the frequencies near 50 and 60 Hz that stand out of what is left over: absolute time in s
+/// and residual in um.
+pub fn hum_starts(seen: &Seen, left: &[(f64, f64)]) -> Vec<Vec<f64>> {
+    let span = seen.time_s.1 - seen.time_s.0;
+    let start = |line: f64| {
+        let widest = OFF * line * span;
+        let count = ((8.0 * widest) as usize).clamp(1, TRIED);
+        let found = (0..=count).map(|i| {
+            let off = widest * (2.0 * i as f64 / count as f64 - 1.0);
+            let turns = std::f64::consts::TAU * (line + off / span);
+            let (cosine, sine) = left.iter().fold((0.0, 0.0), |(c, s), &(time, residual)| {
+                let (sine, cosine) = (turns * time).sin_cos();
+                (c + residual * cosine, s + residual * sine)
+            });
+            let unit = 2.0 / left.len().max(1) as f64 / seen.displacement_um;
+            (off, unit * cosine, unit * sine)
+        });
+        let best = found.max_by(|a, b| a.1.hypot(a.2).total_cmp(&b.1.hypot(b.2)));
+        let (off, cosine, sine) = best.unwrap_or_default();
+        vec![cosine, sine, 0.0, 0.0, off, line]
+    };
+    vec![start(50.0), start(60.0)]
+}
+
 impl Template for MainsHum {
     fn name(&self) -> &'static str {
         "mains-hum"

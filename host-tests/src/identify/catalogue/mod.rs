@@ -27,6 +27,8 @@ mod transport_delay;
 
 use serde::Serialize;
 
+pub use mains_hum::hum_starts;
+
 use crate::model_file::Stage;
 
 use super::run::Runs;
@@ -117,6 +119,8 @@ pub struct Seen {
     pub line_um: (f64, f64),
     /// Ratio of the highest to the lowest frequency at which the drive moves.
     pub frequency_span: f64,
+    /// Step in um that all readings are whole multiples apart, if there is one.
+    pub step_um: Option<f64>,
 }
 
 /// Frequencies the records must span for a rate term to be told from a delay: a decade.
@@ -135,6 +139,7 @@ impl Seen {
             threshold_v: runs.widest_threshold(),
             line_um: (0.0, 0.0),
             frequency_span: runs.frequency_span,
+            step_um: quantisation::step(runs),
         };
         for run in &runs.runs {
             let length = run.drive.len() as f64 * run.sample_time_s;

@@ -19,7 +19,7 @@ use ndarray::Array2;
 use crate::dataset::Role;
 use crate::error::Error;
 
-use super::catalogue::{Effect, Seen};
+use super::catalogue::{self, Effect, Seen};
 use super::fit::Fitted;
 use super::plays::Plays;
 use super::run::Runs;
@@ -130,7 +130,10 @@ impl<'a> JointFit<'a> {
     /// # Errors
     /// Numbers that the core refuses.
     pub fn add(&self, base: &Joint, effect: Effect, keep: usize) -> Result<Option<Joint>, Error> {
-        let starts = effect.template().starts(&self.seen);
+        let starts = match effect {
+            Effect::MainsHum => catalogue::hum_starts(&self.seen, &self.left_over(base)?),
+            _ => effect.template().starts(&self.seen),
+        };
         let mut first: Vec<Joint> = Vec::new();
         let several = starts.len() > 1;
         for numbers in starts {
@@ -164,6 +167,57 @@ impl<'a> JointFit<'a> {
             }
         }
         Ok(best)
+    }
+
+    /// What a model leaves over at the rows of the fit: absolute time in s and residual in um.
+    fn left_over(&self, joint: &Joint) -> Result<Vec<(f64, f64)>, Error> {
+        let predicted = self.along(self.fitted_frames(), &joint.core, &joint.terms)?;
+        let offsets = score::offsets(self.runs, &predicted);
+        let mut left = Vec::new();
+        for ((frame, predicted), offset) in self.frames.iter().zip(&predicted).zip(offsets) {
+            let run = frame.run;
+            left.extend(frame.rows.iter().map(|&(k, _)| {
+                let time = run.start_s + k as f64 * run.sample_time_s;
+                (time, run.displacement[k] - predicted[k] - offset)
+            }));
+        }
+        Ok(left)
+    }
+
+    /// Takes plays without weight out and puts new ones halfway to the neighbours of the others, so
+    /// that thresholds which no even spread holds are met; then fits all again.
+    ///
+    /// # Errors
+    /// Numbers that the core refuses.
+    pub fn sharpen(&self, joint: &mut Joint, most: usize) -> Result<(), Error> {
+        let core = &joint.core;
+        let mut thresholds: Vec<f64> = Vec::new();
+        for (i, &r) in core.thresholds.iter().enumerate() {
+            if core.weights[i + 1] <= 0.0 {
+                continue;
+            }
+            let below = if i > 0 { core.thresholds[i - 1] } else { 0.0 };
+            let above = core.thresholds.get(i + 1).copied();
+            let above = above.unwrap_or(r + (r - below)).min(self.seen.threshold_v);
+            thresholds.extend([0.5 * (below + r), r, 0.5 * (r + above)]);
+        }
+        thresholds.sort_by(f64::total_cmp);
+        let apart = 1e-4 * self.seen.threshold_v;
+        thresholds.retain(|&r| r > apart);
+        thresholds.dedup_by(|a, b| (*a - *b).abs() < apart);
+        if thresholds.is_empty() || thresholds.len() > most {
+            return Ok(());
+        }
+        let mut sharper = joint.clone();
+        sharper.core.thresholds = thresholds;
+        sharper.core.weights = vec![0.0; sharper.core.thresholds.len() + 1];
+        (sharper.core.weights, _) = self.weigh(&sharper)?;
+        sharper.rms = self.rms(&sharper.core, &sharper.terms, Role::Fit)?;
+        self.settle(&mut sharper)?;
+        if sharper.rms < joint.rms {
+            *joint = sharper;
+        }
+        Ok(())
     }
 
     /// Steps until they no longer help.
@@ -322,8 +376,12 @@ impl<'a> JointFit<'a> {
             Role::Fit => self.fitted_frames(),
             _ => &self.frames,
         };
-        let predicted = self.along(frames, core, terms)?;
+        let mut predicted = self.along(frames, core, terms)?;
         let offsets = score::offsets(self.runs, &predicted);
+        // Steps of the reading have no slope: a fit looks through them.
+        if role != Role::Fit {
+            self.read(&mut predicted, &offsets, terms)?;
+        }
         let rms = score::rms(self.runs, &predicted, &offsets, role).unwrap_or(f64::INFINITY);
         Ok(if rms.is_nan() { f64::INFINITY } else { rms })
     }
@@ -333,7 +391,31 @@ impl<'a> JointFit<'a> {
     /// # Errors
     /// Numbers that the core refuses.
     pub fn predicted(&self, core: &Core, terms: &Terms) -> Result<Vec<Vec<f64>>, Error> {
-        self.along(&self.frames, core, terms)
+        let mut predicted = self.along(&self.frames, core, terms)?;
+        let offsets = score::offsets(self.runs, &predicted);
+        self.read(&mut predicted, &offsets, terms)?;
+        Ok(predicted)
+    }
+
+    /// Rounds to the steps of the reading, where the terms hold any.
+    fn read(
+        &self,
+        predicted: &mut [Vec<f64>],
+        offsets: &[f64],
+        terms: &Terms,
+    ) -> Result<(), Error> {
+        if !terms.has(Effect::Quantisation) {
+            return Ok(());
+        }
+        let stages = terms.stages(&self.seen, 1.0);
+        let blocks = Blocks::new(&stages, self.seen.sample_time_s)?;
+        if let Some(steps) = &blocks.effects.quantisation {
+            for (run, offset) in predicted.iter_mut().zip(offsets) {
+                run.iter_mut()
+                    .for_each(|y| *y = steps.step(*y + offset) - offset);
+            }
+        }
+        Ok(())
     }
 
     fn along(

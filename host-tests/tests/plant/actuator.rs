@@ -2,7 +2,7 @@
 
 use hysteron_host::experiment::references::{self, Grid, Tone};
 use hysteron_host::metrics::{hysteresis_percent, max_abs_error, rms_error};
-use hysteron_host::plant::{Band, Hysteresis, Reconstruction, Stage};
+use hysteron_host::plant::{Band, Stage};
 
 use crate::support::{actuator, last};
 

@@ -3,8 +3,8 @@
 use std::f64::consts::TAU;
 
 use hysteron_host::experiment::references::{self, Grid};
-use hysteron_host::metrics::{line, max_abs_error, rms};
-use hysteron_host::plant::{Dac, Hysteresis, Reconstruction, Sensor, Stage, StageError};
+use hysteron_host::metrics::{line, max_abs_error, rms, rms_error};
+use hysteron_host::plant::{Band, Dac, Hysteresis, Reconstruction, Sensor, Stage, StageError};
 
 use crate::support::{last, wire};
 

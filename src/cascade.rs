@@ -196,7 +196,7 @@ impl<T: Real, const N: usize, const M: usize, const WINDOW: usize, const WITH_LA
         let law = self.law();
         let drive = self
             .hysteresis
-            .step::<WITH_LAWS>(&mut hysteresis, law, bent)?;
+            .step::<WITH_LAWS>(&mut hysteresis, law, bent, true)?;
         Ok(CascadeState {
             interleaving,
             creep: effects.creep.map(|creep| creep.start(w)),
@@ -210,6 +210,85 @@ impl<T: Real, const N: usize, const M: usize, const WINDOW: usize, const WITH_LA
                 .transport_delay
                 .map(|delay| delay.start_inverse(drive)),
         })
+    }
+
+    /// Takes the state up again for a reference that rests at `reference` (um) from now on, plays and
+    /// creep where they stand, and returns the drive there (V).
+    ///
+    /// # Errors
+    /// As [`Cascade::step`].
+    pub fn rest_at(
+        &self,
+        state: &mut CascadeState<T, N, WINDOW>,
+        reference: T,
+    ) -> Result<T, SampleError> {
+        let effects = &self.effects;
+        let y = reference - self.offset;
+        let interleaving = effects
+            .interleaving
+            .map(|product| product.start_inverse(y, y * self.per_static_gain));
+        let mut w = self.unscale(interleaving.as_ref(), y)?;
+        state.interleaving = interleaving;
+        if let (Some(creep), Some(at)) = (&effects.creep, &mut state.creep) {
+            w = creep.step_inverse(at, w);
+        }
+        for (mode, at) in effects.resonances.iter().zip(&mut state.resonances) {
+            *at = mode.map(|mode| mode.start_inverse(w));
+        }
+        if let (Some(gap), Some(at)) = (&effects.backlash, &mut state.backlash) {
+            w = gap.step_inverse(at, w);
+        }
+        let bent = self.unbend(w);
+        let law = self.law();
+        let u = self
+            .hysteresis
+            .step::<WITH_LAWS>(&mut state.hysteresis, law, bent, true)?;
+        state.amplifier_lag = effects.amplifier_lag.map(|lag| lag.start_inverse(u));
+        state.advance = effects.transport_delay.map(|delay| delay.start_inverse(u));
+        Ok(u)
+    }
+
+    /// The hysteresis operator whose plays [`Cascade::plays`] are: the inverse one, with a congruency that
+    /// of the model.
+    pub fn inverse(&self) -> &RateDependentPi<T, N> {
+        match &self.hysteresis {
+            Hysteresis::Explicit(inverse) => inverse,
+            Hysteresis::Preview(preview) => preview.inverse(),
+            Hysteresis::Congruent(operator, _) => operator,
+        }
+    }
+
+    /// Outputs of the inverse plays at the latest drive, entries beyond their number of no account.
+    pub fn plays(&self, state: &mut CascadeState<T, N, WINDOW>) -> [T; N] {
+        match &mut state.hysteresis {
+            HysteresisState::Explicit(at) => at.plays().outputs(self.inverse().bank()),
+            HysteresisState::Preview(at) => *at.plays(),
+            HysteresisState::Congruent { plays, .. } => *plays,
+        }
+    }
+
+    /// Puts the inverse plays elsewhere, one output a play; [`Cascade::rest_at`] comes next.
+    ///
+    /// # Errors
+    /// Outputs that no input can have led to (J 8); the state is unchanged.
+    pub fn put_plays(
+        &self,
+        state: &mut CascadeState<T, N, WINDOW>,
+        outputs: &[T],
+    ) -> Result<(), ParameterError> {
+        let inverse = self.inverse();
+        match &mut state.hysteresis {
+            HysteresisState::Explicit(at) => *at = inverse.start_from(T::ZERO, outputs)?,
+            HysteresisState::Preview(at) => {
+                inverse.bank().check_outputs(outputs)?;
+                put(at.plays(), outputs);
+            }
+            HysteresisState::Congruent { plays, .. } => {
+                inverse.bank().check_outputs(outputs)?;
+                put(plays, outputs);
+            }
+        }
+        Ok(())
     }
 
     /// Drive (V) for the reference sample (um) of [`Cascade::latency`] samples ago.
@@ -242,7 +321,7 @@ impl<T: Real, const N: usize, const M: usize, const WINDOW: usize, const WITH_LA
         let law = self.law();
         let mut u = self
             .hysteresis
-            .step::<WITH_LAWS>(&mut state.hysteresis, law, bent)?;
+            .step::<WITH_LAWS>(&mut state.hysteresis, law, bent, false)?;
         if let (Some(lag), Some(at)) = (&effects.amplifier_lag, &mut state.amplifier_lag) {
             u = lag.step_inverse(at, u);
         }
@@ -267,7 +346,7 @@ impl<T: Real, const N: usize, const M: usize, const WINDOW: usize, const WITH_LA
     }
 
     /// From a displacement less its offset to what the modes and creep yield.
-    #[inline(always)]
+    #[inline(never)]
     fn unscale(&self, interleaving: Option<&InterleavingState<T>>, y: T) -> Result<T, SampleError> {
         let x = match (&self.effects.interleaving, interleaving) {
             (Some(product), Some(at)) => product.step_inverse(at, y),
@@ -285,7 +364,7 @@ impl<T: Real, const N: usize, const M: usize, const WINDOW: usize, const WITH_LA
         }
     }
 
-    #[inline(always)]
+    #[inline(never)]
     fn unbend(&self, w: T) -> T {
         let mut w = w;
         if let Some(cubic) = &self.effects.cubic {
@@ -313,26 +392,39 @@ impl<T: Real, const N: usize, const WINDOW: usize> Hysteresis<T, N, WINDOW> {
         }
     }
 
-    #[inline(always)]
+    /// The drive for the next input, `at_rest` if it has rested there until now.
+    // Not inlined, nor are the maps: each is met in several places, and large.
+    #[inline(never)]
     fn step<const WITH_LAWS: bool>(
         &self,
         state: &mut HysteresisState<T, N, WINDOW>,
         law: Option<&RatePower<T>>,
         w: T,
+        at_rest: bool,
     ) -> Result<T, SampleError> {
         match (self, state) {
-            (Self::Explicit(inverse), HysteresisState::Explicit(at)) => Ok(match law {
-                Some(law) => {
-                    let rate = (w - at.previous()) / inverse.sample_time();
-                    inverse.step_with_rate(at, w, law.step(rate))
+            (Self::Explicit(inverse), HysteresisState::Explicit(at)) => {
+                if at_rest {
+                    at.rest_at(w);
                 }
-                None => inverse.step(at, w),
-            }),
-            (Self::Preview(inverse), HysteresisState::Preview(at)) => Ok(inverse.step(at, w)),
+                Ok(match law {
+                    Some(law) if WITH_LAWS => {
+                        let rate = (w - at.previous()) / inverse.sample_time();
+                        inverse.step_with_rate(at, w, law.step(rate))
+                    }
+                    _ => inverse.step(at, w),
+                })
+            }
+            (Self::Preview(inverse), HysteresisState::Preview(at)) => {
+                Ok(look_ahead(inverse, at, w, at_rest))
+            }
             (
                 Self::Congruent(operator, congruency),
                 HysteresisState::Congruent { plays, previous },
             ) if WITH_LAWS => {
+                if at_rest {
+                    *previous = w;
+                }
                 let rate = ((w - *previous) / operator.sample_time()).abs();
                 *previous = w;
                 let opened = match law {
@@ -345,6 +437,27 @@ impl<T: Real, const N: usize, const WINDOW: usize> Hysteresis<T, N, WINDOW> {
             // A state of another cascade: there is no drive to give.
             _ => Err(SampleError::NotFinite),
         }
+    }
+}
+
+// By itself it keeps its registers.
+#[inline(never)]
+fn look_ahead<T: Real, const N: usize, const WINDOW: usize>(
+    inverse: &PreviewInverse<T, N, WINDOW>,
+    state: &mut PreviewState<T, N, WINDOW>,
+    w: T,
+    at_rest: bool,
+) -> T {
+    if at_rest {
+        inverse.rest_at(state, w)
+    } else {
+        inverse.step(state, w)
+    }
+}
+
+fn put<T: Copy>(plays: &mut [T], outputs: &[T]) {
+    for (to, &from) in plays.iter_mut().zip(outputs) {
+        *to = from;
     }
 }
 

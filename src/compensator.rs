@@ -91,6 +91,15 @@ impl<T: Real, const N: usize, const M: usize> Compensator<T, N, M> {
         Ok(self.hysteresis.step(state, w))
     }
 
+    /// Takes the reference as if it had stood at `reference` (um) in the sample before.
+    ///
+    /// # Errors
+    /// As [`Compensator::step`].
+    pub fn rest_at(&self, state: &mut State<T, N>, reference: T) -> Result<(), SampleError> {
+        state.rest_at(self.unshape.step(reference)?);
+        Ok(())
+    }
+
     /// The inverse hysteresis operator.
     pub fn hysteresis(&self) -> &RateDependentPi<T, N> {
         &self.hysteresis

@@ -10,8 +10,9 @@ use heapless::spsc::{Consumer, Producer};
 use serde::{Deserialize, Serialize};
 
 use crate::dac;
-use crate::record::{ModelRecord, RecordError, TargetCompensator};
+use crate::record::{ModelRecord, Motion, RecordError, TargetCompensator};
 use crate::reference::{Reference, Stream};
+use crate::replay::Replay;
 use crate::safety::{Cause, Limits, Safety, State};
 use crate::settings::Valid;
 use crate::telemetry::{Codes, Sample, Samples, Shared};
@@ -42,6 +43,7 @@ pub struct Setup {
     dac: dac::Scale,
     miss_limit: u32,
     compensator: Option<TargetCompensator>,
+    latency: u32,
 }
 
 impl Setup {
@@ -52,7 +54,13 @@ impl Setup {
             dac: settings.dac,
             miss_limit: u32::from(settings.miss_limit),
             compensator: None,
+            latency: 0,
         }
+    }
+
+    /// Samples between a reference sample and its drive.
+    pub fn latency(&self) -> u32 {
+        self.latency
     }
 
     /// Makes this setup that of `settings` and `model`.
@@ -68,6 +76,8 @@ impl Setup {
             Some(record) => record.put_compensator(settings.sample_time, &mut self.compensator)?,
             None => self.compensator = None,
         }
+        let latency = self.compensator.as_ref().map(TargetCompensator::latency);
+        self.latency = latency.unwrap_or(0) as u32;
         // Field by field: a whole setup on its way would double its room on the stack.
         let bench = Self::new(settings);
         (self.limits, self.dac, self.miss_limit) = (bench.limits, bench.dac, bench.miss_limit);
@@ -128,6 +138,10 @@ pub struct Control<'a> {
     reference: Reference,
     path: Path,
     left: Option<u32>,
+    replay: Replay,
+    motion: Motion,
+    /// Samples until the drive of the next sample of the reference comes out of the compensator.
+    wait: u32,
     to_drop: u32,
     /// A start or a swap of the setup was obeyed. It costs much, and so does the first sample after it:
     /// the output stands still in the sample of the order, and the next one obeys none.
@@ -160,6 +174,9 @@ impl<'a> Control<'a> {
             reference: Reference::Stream,
             path: Path::Direct,
             left: None,
+            replay: Replay::new(),
+            motion: Motion::Begins,
+            wait: 0,
             to_drop: 0,
             begins: false,
             record_every: 0,
@@ -223,32 +240,81 @@ impl<'a> Control<'a> {
     /// end.
     #[inline(always)]
     fn target(&mut self) -> Option<f32> {
+        let reference = self.next_reference()?;
+        let drive = match (self.path, &mut self.setup.compensator) {
+            (Path::Direct, _) => reference,
+            (Path::Compensated, Some(compensator)) => {
+                let drive = compensator.step(reference, self.motion);
+                // The safety turns what is not finite into a fault.
+                drive.unwrap_or(f32::NAN)
+            }
+            (Path::Compensated, None) => {
+                self.safety.fault(Cause::NoModel);
+                return None;
+            }
+        };
+        self.motion = Motion::Goes;
+        if self.wait != 0 {
+            self.wait -= 1;
+        } else {
+            self.replay.put_out();
+            self.shared.count_played();
+        }
+        Some(drive)
+    }
+
+    #[inline(always)]
+    fn next_reference(&mut self) -> Option<f32> {
+        if let Some(again) = self.replay.again() {
+            return Some(again);
+        }
         if let Some(left) = &mut self.left {
             if *left == 0 {
-                self.safety.hold();
-                return None;
+                // It rests at its last sample until the drive of that has come out, too.
+                let last = self.replay.last();
+                if last.is_none() {
+                    self.safety.hold();
+                }
+                return last;
             }
             *left -= 1;
         }
         let Some(reference) = self.reference.next(&mut self.stream) else {
             // The sample is still to come.
             self.left = self.left.map(|left| left.wrapping_add(1));
+            if self.motion == Motion::Goes {
+                self.motion = Motion::Resumes;
+            }
             return None;
         };
-        self.shared.count_played();
-        match (self.path, &mut self.setup.compensator) {
-            (Path::Direct, _) => Some(reference),
-            (Path::Compensated, Some(compensator)) => {
-                // The rate of a sample that starts a new motion is unknown and taken as zero.
-                let drive = compensator.step_from(reference, self.safety.joins());
-                // The safety turns what is not finite into a fault.
-                Some(drive.unwrap_or(f32::NAN))
-            }
-            (Path::Compensated, None) => {
-                self.safety.fault(Cause::NoModel);
-                None
+        self.replay.push(reference);
+        Some(reference)
+    }
+
+    /// Puts the next setup in force. In mid-motion its compensator takes over from the one before: it
+    /// is given what that one had only looked at, and the output stands still until the first drive
+    /// of it comes.
+    fn adopt(&mut self, next: &'a mut Setup) {
+        let before = mem::replace(&mut self.setup, next);
+        if self.safety.driver_enabled(&before.limits) {
+            self.safety.join();
+        } else {
+            self.safety.reset_output(&self.setup.limits);
+        }
+        if self.path == Path::Compensated {
+            self.motion = Motion::Begins;
+            self.wait = self.setup.latency;
+            let last = self.replay.rewind();
+            if self.safety.state() == State::Run
+                && let Some(last) = last
+                && let Some(compensator) = &mut self.setup.compensator
+                && let Some(before) = &mut before.compensator
+            {
+                self.motion = compensator.take_over(before, last);
             }
         }
+        // There is room: the queue holds the only other setup there is.
+        let _ = self.retired.enqueue(before);
     }
 
     #[inline(never)]
@@ -258,15 +324,7 @@ impl<'a> Control<'a> {
         };
         match order {
             Order::Adopt(next) => {
-                let driven = self.safety.driver_enabled(&self.setup.limits);
-                let before = mem::replace(&mut self.setup, next);
-                // There is room: the queue holds the only other setup there is.
-                let _ = self.retired.enqueue(before);
-                if driven {
-                    self.safety.join();
-                } else {
-                    self.safety.reset_output(&self.setup.limits);
-                }
+                self.adopt(next);
                 self.begins = true;
             }
             Order::Start {
@@ -277,8 +335,14 @@ impl<'a> Control<'a> {
                 (self.reference, self.path, self.left) = (reference, path, left);
                 self.misses_since_start = 0;
                 self.shared.start();
-                // A recording begins anew, so that its sample 0 is that of the reference: the next one.
-                (self.record_wait, self.record_index) = (1, 0);
+                // A recording begins anew, so that its sample 0 is that of the reference.
+                let wait = match path {
+                    Path::Compensated => self.setup.latency,
+                    Path::Direct => 0,
+                };
+                self.replay.clear();
+                (self.motion, self.wait) = (Motion::Begins, wait);
+                (self.record_wait, self.record_index) = (1 + wait, 0);
                 self.safety.run();
                 if let Some(compensator) = &mut self.setup.compensator {
                     compensator.begin();

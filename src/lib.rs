@@ -64,6 +64,7 @@ pub mod play;
 pub mod rate;
 pub mod record;
 pub mod reference;
+mod replay;
 pub mod rls;
 pub mod safety;
 pub mod sensor;

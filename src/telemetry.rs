@@ -75,6 +75,9 @@ pub struct Statistics {
     pub codes: Codes,
     /// Frames that were turned away, counted by the link.
     pub bad_frames: u32,
+    /// Samples between one of a compensated reference and its drive, by the model that the link sent
+    /// last.
+    pub latency: u16,
 }
 
 /// The number after those of the causes. As it is what the compiler keeps in memory for no cause, too,
@@ -154,7 +157,7 @@ impl Shared {
         self.ticks.load(Ordering::Relaxed)
     }
 
-    /// Everything.
+    /// Everything; the link knows the rest.
     pub fn statistics(&self, bad_frames: u32) -> Statistics {
         let status = self.status.load(Ordering::Relaxed);
         let codes = self.codes.load(Ordering::Relaxed);
@@ -183,6 +186,7 @@ impl Shared {
                 sensor: (codes >> 16) as u16,
             },
             bad_frames,
+            latency: 0,
         }
     }
 }

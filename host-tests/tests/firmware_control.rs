@@ -112,7 +112,7 @@ fn a_model_is_swapped_without_a_jump() {
     rig.step = allowed + ramp;
     // Twice the gain: the drive is to halve, 10 V away.
     let other = model(
-        &[9.715, 19.43, 29.145],
+        &[9.0, 19.0, 29.0],
         &[0.7236, 0.2906, 0.0416, 0.1512],
         8.572e-4,
         2.0,
@@ -122,7 +122,7 @@ fn a_model_is_swapped_without_a_jump() {
     let settled = rig.ticks(500).iter().map(|o| o.code).max().unwrap();
     let mut fresh = Rig::new(bipolar());
     let other = model(
-        &[9.715, 19.43, 29.145],
+        &[9.0, 19.0, 29.0],
         &[0.7236, 0.2906, 0.0416, 0.1512],
         8.572e-4,
         2.0,

@@ -9,7 +9,7 @@ use hysteron::dim::Law;
 use hysteron::error::{Field, ParameterError};
 use hysteron::hysteresis::modified_play::{Harmonics, Terms};
 use hysteron::link::{Answer, Command, Refusal};
-use hysteron::record::{ModelRecord, RecordError, Stage};
+use hysteron::record::{ModelRecord, ModifiedPlayRecord, RecordError};
 use hysteron::safety::State;
 use hysteron::settings::Settings;
 use paper_m::{DT, Textbook};
@@ -29,20 +29,15 @@ fn settings() -> Settings {
 /// The rig's model at that rate, without offset.
 fn at_5_khz(law: Law, harmonics: Harmonics) -> ModelRecord {
     let mut record = modified_play(10, law, harmonics);
-    if let Stage::ModifiedPlay {
-        sample_time_s,
-        offset_um,
-        ..
-    } = &mut record.stages[0]
-    {
-        (*sample_time_s, *offset_um) = (2e-4, 0.0);
+    if let ModelRecord::ModifiedPlay(model) = &mut record {
+        (model.sample_time_s, model.offset_um) = (2e-4, 0.0);
     }
     record
 }
 
 /// The equations of the paper with the numbers of a record.
 fn textbook(record: &ModelRecord) -> Textbook {
-    let Stage::ModifiedPlay {
+    let ModelRecord::ModifiedPlay(ModifiedPlayRecord {
         u_max_v,
         slopes_um_per_v,
         alpha_s,
@@ -53,7 +48,7 @@ fn textbook(record: &ModelRecord) -> Textbook {
         sine,
         cosine,
         ..
-    } = &record.stages[0]
+    }) = record
     else {
         panic!("no modified play model")
     };
@@ -119,19 +114,12 @@ fn the_drive_of_the_exact_law_makes_the_reference() {
 #[test]
 fn the_angle_begins_with_the_motion() {
     let mut record = at_5_khz(Law::Exact, Harmonics::Corrected);
-    if let Stage::ModifiedPlay {
-        slopes_um_per_v,
-        interleaving_per_v,
-        feedback,
-        sine,
-        cosine,
-        ..
-    } = &mut record.stages[0]
-    {
+    if let ModelRecord::ModifiedPlay(model) = &mut record {
         // No memory but the angle.
-        slopes_um_per_v.iter_mut().skip(1).for_each(|s| *s = 0.0);
-        (*interleaving_per_v, *feedback) = (0.0, [0.0; 3]);
-        (*sine, *cosine) = ([5.0, 0.0, 0.0], [0.0; 3]);
+        let plays = model.slopes_um_per_v.iter_mut().skip(1);
+        plays.for_each(|slope| *slope = 0.0);
+        (model.interleaving_per_v, model.feedback) = (0.0, [0.0; 3]);
+        (model.sine, model.cosine) = ([5.0, 0.0, 0.0], [0.0; 3]);
     }
     let settings = settings();
     let mut rig = Rig::new(settings);
@@ -184,28 +172,15 @@ fn records_that_cannot_be_inverted_are_refused() {
         let answer = rig.ask(Command::SetModel(Some(record)));
         assert_eq!(answer, Answer::Refused(Refusal::Model(error)));
     };
-    let good = || modified_play(10, Law::Exact, Harmonics::Printed);
     // 5 kHz where the settings have 10.
     refused(
         at_5_khz(Law::Exact, Harmonics::Printed),
         RecordError::SampleTime,
     );
-    let mut with_output = good();
-    with_output
-        .stages
-        .push(published().stages[1].clone())
-        .unwrap();
-    refused(with_output, RecordError::Order(1));
-    let mut after = published();
-    after.stages.push(good().stages[0].clone()).unwrap();
-    refused(after, RecordError::Order(2));
     let with_slope = |slope: f32, law: Law| {
         let mut record = modified_play(10, law, Harmonics::Printed);
-        if let Stage::ModifiedPlay {
-            slopes_um_per_v, ..
-        } = &mut record.stages[0]
-        {
-            slopes_um_per_v[0] = slope;
+        if let ModelRecord::ModifiedPlay(model) = &mut record {
+            model.slopes_um_per_v[0] = slope;
         }
         record
     };

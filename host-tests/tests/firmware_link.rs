@@ -2,14 +2,15 @@
 
 mod firmware_rig;
 
-use firmware_rig::{Rig, bipolar, model, published, sine};
+use firmware_rig::{Rig, bipolar, model, published, sine, with};
 use hysteron::control::Path;
 use hysteron::error::{Field, ParameterError};
+use hysteron::hysteresis::preview::PlantRate;
 use hysteron::link::{
     Answer, BODY_LEN, CHUNK_LEN, Command, FRAME_LEN, FrameError, Message, Refusal, Request, decode,
     encode,
 };
-use hysteron::record::{ModelRecord, RecordError, Stage};
+use hysteron::record::{AsymmetryRecord, EFFECTS, Effect, Inverse, Preview, RecordError};
 use hysteron::safety::State;
 use hysteron::settings::{Settings, SettingsError};
 use proptest::prelude::*;
@@ -53,7 +54,7 @@ fn cobs(bytes: &[u8]) -> Vec<u8> {
 }
 
 fn framed(body: &[u8]) -> Vec<u8> {
-    let mut plain = vec![1];
+    let mut plain = vec![2];
     plain.extend_from_slice(body);
     plain.extend_from_slice(&crc_32(&plain).to_le_bytes());
     cobs(&plain)
@@ -201,7 +202,7 @@ fn an_endless_frame_is_one_bad_frame() {
 #[test]
 fn another_version_is_told_so() {
     let mut rig = Rig::new(bipolar());
-    let mut plain = vec![2, 5, 0];
+    let mut plain = vec![1, 5, 0];
     plain.extend_from_slice(&crc_32(&plain).to_le_bytes());
     let reply = Message::Reply {
         sequence: 0,
@@ -240,35 +241,96 @@ fn bad_settings_and_models_leave_the_old_ones_in_force() {
             1
         )))
     );
-    let mut twice = published();
-    let again = twice.stages[0].clone();
-    twice.stages.push(again).unwrap();
-    assert_eq!(
-        rig.ask(Command::SetModel(Some(twice))),
-        refused(RecordError::Order(2))
-    );
-    let mut headless = ModelRecord::default();
-    headless.stages.push(published().stages[1].clone()).unwrap();
-    assert_eq!(
-        rig.ask(Command::SetModel(Some(headless))),
-        refused(RecordError::Order(0))
-    );
+    let effects = |effects: &[Effect]| {
+        with(published(), |chain| {
+            chain.effects = heapless::Vec::from_slice(effects).unwrap();
+        })
+    };
+    let mode = Effect::Resonance {
+        f_n_hz: 300.0,
+        zeta: 0.02,
+    };
+    let lag = Effect::AmplifierLag { tau_s: 1e-4 };
+    for (list, error) in [
+        (&[mode, lag][..], RecordError::Order(1)),
+        (&[lag, lag], RecordError::Order(1)),
+        (
+            &[mode, Effect::Backlash { width: 1.0 }],
+            RecordError::Order(1),
+        ),
+        (
+            &[Effect::Interleaving { g: 1e-3 }, mode],
+            RecordError::Order(1),
+        ),
+        (
+            &[Effect::Backlash { width: -1.0 }],
+            RecordError::Parameter(ParameterError::Negative(Field::Width)),
+        ),
+        (
+            &[mode, mode, mode, mode],
+            RecordError::Parameter(ParameterError::TooLarge(Field::Modes)),
+        ),
+        (
+            &[Effect::TransportDelay { delay_s: 3e-3 }],
+            RecordError::Parameter(ParameterError::TooLarge(Field::Delay)),
+        ),
+    ] {
+        assert_eq!(
+            rig.ask(Command::SetModel(Some(effects(list)))),
+            refused(error)
+        );
+    }
+    for window in [0, 1, 27, 255] {
+        let preview = Preview {
+            window,
+            plant_rate: PlantRate::Midpoint,
+        };
+        let record = with(published(), |chain| {
+            chain.inverse = Inverse::Preview(preview);
+        });
+        assert_eq!(
+            rig.ask(Command::SetModel(Some(record))),
+            refused(RecordError::Window)
+        );
+    }
     assert_eq!(everything(&mut rig), before);
 }
 
 #[test]
 fn the_largest_model_fits_into_a_frame_and_comes_back() {
     let thresholds: Vec<f32> = (1..=16).map(|i| i as f32).collect();
-    let mut record = model(&thresholds, &[1.0; 17], 1e-3, 1.0);
+    let record = model(&thresholds, &[1.0; 17], 1e-3, 1.0);
     let zones = hysteron::record::Zones {
         thresholds: heapless::Vec::from_slice(&[1.0, 2.0, 3.0, 4.0]).unwrap(),
         slopes: heapless::Vec::from_slice(&[1.0; 5]).unwrap(),
     };
-    let asymmetry = Stage::Asymmetry {
-        positive: zones.clone(),
-        negative: zones,
+    let creep = Effect::Creep {
+        gain_per_decade: 0.01,
+        tau_min_s: 0.01,
+        tau_max_s: 1e5,
     };
-    record.stages.insert(1, asymmetry).unwrap();
+    let full = |chain: &mut hysteron::record::ChainRecord| {
+        chain.asymmetry = Some(AsymmetryRecord {
+            positive: zones.clone(),
+            negative: zones,
+        });
+        chain.effects.push(creep).unwrap();
+        chain.inverse = Inverse::Cascade(Preview {
+            window: 26,
+            plant_rate: PlantRate::Backward,
+        });
+    };
+    let record = with(record, full);
+    // As long as a record can be, though one with so much creep is refused.
+    let longest = with(record.clone(), |chain| {
+        chain.effects = heapless::Vec::from_slice(&[creep; EFFECTS]).unwrap();
+    });
+    let command = Command::SetModel(Some(longest));
+    let request = Request {
+        sequence: u16::MAX,
+        command,
+    };
+    assert!(encode(&request, &mut [0; FRAME_LEN]).is_ok());
     let mut rig = Rig::new(bipolar());
     rig.tell(Command::SetModel(Some(record.clone())));
     assert_eq!(rig.ask(Command::GetModel), Answer::Model(Some(record)));

@@ -8,7 +8,8 @@ use hysteron::link::Command;
 use hysteron_host::dataset::{Dataset, NewRecord, Role, add_record};
 use hysteron_host::experiment::references::{Grid, Tone, tones};
 use hysteron_host::identify::{Options, identify};
-use hysteron_host::link::{Client, Excitation, Shape, model, play};
+use hysteron_host::link::model::{self, Choice};
+use hysteron_host::link::{Client, Excitation, Shape, play};
 use hysteron_host::metrics::rms_error;
 use hysteron_host::model_file;
 use hysteron_host::pil::{Bench, Emulator, Hardware, Pair, Replica, Target};
@@ -72,7 +73,9 @@ fn circle<T: Target>(target: T) -> (f64, f64, T) {
     std::fs::write(&file, found.model.to_toml_string()).unwrap();
     let loaded = model_file::load(&file).unwrap();
     let settings = client.settings().unwrap();
-    let record = model::record(&loaded, &settings).unwrap();
+    let record = model::record(&loaded, &settings, Choice::Explicit)
+        .unwrap()
+        .record;
     client.tell(Command::SetModel(Some(record))).unwrap();
 
     // 60 um from peak to peak with minor loops, three periods of 0.1 s, the first not counted.

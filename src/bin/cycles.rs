@@ -21,9 +21,11 @@ mod cycles {
     use defmt::println;
     use defmt_rtt as _;
     use hysteron::board::stm32f405::full_speed;
+    use hysteron::dim::Law;
+    use hysteron::hysteresis::preview::PlantRate;
     use hysteron::wiring::Memory;
 
-    use crate::workload::{Nobody, Row, connect, row, sines, whole_sample};
+    use crate::workload::{Choice, Nobody, Row, connect, row, sines, whole_sample};
 
     fn print(row: &Row) {
         let (plain, stack) = (row.plain, row.stack);
@@ -64,10 +66,19 @@ mod cycles {
         print(&row::<16, Nobody>(now, 10));
         println!("sample without interrupt and converter");
         let mut ends = connect(MEMORY);
-        for plays in [3, 10] {
-            let count = whole_sample(&mut ends, now, plays);
+        let (rate, exact) = (PlantRate::Midpoint, Law::Exact);
+        for (name, choice) in [
+            ("explicit, n = 3", Choice::Explicit(3, false)),
+            ("explicit, n = 10", Choice::Explicit(10, false)),
+            ("DIM exact, N = 10", Choice::Dim(10, exact)),
+            ("preview midpoint, n = 3", Choice::Preview(3, rate)),
+            ("preview midpoint, n = 10", Choice::Preview(10, rate)),
+            ("cascade midpoint, n = 3", Choice::Cascade(3, rate)),
+            ("cascade midpoint, n = 10", Choice::Cascade(10, rate)),
+        ] {
+            let count = whole_sample(&mut ends, now, choice);
             let (mean, spread) = (count.mean(), count.spread());
-            println!("n {}: {} {} {}", plays, mean, spread, count.worst);
+            println!("{}: {} {} {}", name, mean, spread, count.worst);
         }
         println!("sine, the call included, and its largest error");
         for (name, count, error) in sines(now) {

@@ -11,11 +11,15 @@ use crate::math::Real;
 
 /// Least slope of the map: beyond its place the map is a straight line of this slope.
 pub const SLOPE_LEAST: f64 = 0.25;
+/// `q w` there.
+const EDGE_BEND: f64 = 0.5 * (SLOPE_LEAST - 1.0);
 
 /// The map for one `q`, in 1/V.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quadratic<T> {
     q: T,
+    /// Where the slope is [`SLOPE_LEAST`]; of no account for `q = 0`.
+    edge: T,
 }
 
 impl<T: Real> Quadratic<T> {
@@ -25,7 +29,9 @@ impl<T: Real> Quadratic<T> {
     /// A `q` that is not finite.
     pub fn new(q: T) -> Result<Self, ParameterError> {
         if q.is_finite() {
-            Ok(Self { q })
+            // q w_l = (least - 1) / 2
+            let edge = T::from_f64(EDGE_BEND) / q;
+            Ok(Self { q, edge })
         } else {
             Err(ParameterError::NotFinite(Field::Quadratic, 0))
         }
@@ -40,10 +46,7 @@ impl<T: Real> Quadratic<T> {
         if slope >= least {
             w + bend * w
         } else {
-            // At the place where the slope is least: q w_l = (least - 1) / 2.
-            let edge_bend = T::from_f64(0.5 * (SLOPE_LEAST - 1.0));
-            let edge = edge_bend / self.q;
-            edge + edge_bend * edge + least * (w - edge)
+            self.edge + T::from_f64(EDGE_BEND) * self.edge + least * (w - self.edge)
         }
     }
 

@@ -19,7 +19,7 @@ use crate::settings::{Settings, SettingsError};
 use crate::telemetry::{Codes, Statistics};
 
 /// Version of the frames and messages: the first byte of a frame.
-pub const VERSION: u8 = 1;
+pub const VERSION: u8 = 2;
 
 /// Reference samples in one [`Command::Stream`], at most.
 pub const CHUNK_LEN: usize = 64;
@@ -132,6 +132,8 @@ pub struct Identity {
     pub dead_zones: u8,
     /// Samples of a stream that there is room for.
     pub stream: u16,
+    /// Samples that a preview inverse can look at.
+    pub window: u8,
 }
 
 /// Why a command is refused.

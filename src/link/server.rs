@@ -8,11 +8,11 @@ use super::{
     Request, encode,
 };
 use crate::control::{ORDERS_LEN, Order, Path, RETIRED_LEN, Setup};
-use crate::record::{DEAD_ZONES, ModelRecord, PLAYS};
+use crate::record::{DEAD_ZONES, ModelRecord, PLAYS, WINDOW};
 use crate::reference::{Reference, STREAM_LEN, Waveform};
 use crate::safety::State;
 use crate::settings::{Settings, Valid};
-use crate::telemetry::{Recorded, Sample, Shared};
+use crate::telemetry::{Recorded, Sample, Shared, Statistics};
 
 /// The link's ends of what runs between it and the interrupt.
 pub struct Wires<'a> {
@@ -35,6 +35,8 @@ pub struct Server<'a> {
     settings: Settings,
     valid: Valid,
     model: Option<ModelRecord>,
+    /// Of the model.
+    latency: u16,
     /// Away while the interrupt has both setups in hand.
     spare: Option<&'a mut Setup>,
     orders: Producer<'a, Order<'a>, ORDERS_LEN>,
@@ -58,6 +60,7 @@ impl<'a> Server<'a> {
             settings,
             valid,
             model: None,
+            latency: 0,
             spare: Some(wires.spare),
             orders: wires.orders,
             retired: wires.retired,
@@ -159,7 +162,10 @@ impl<'a> Server<'a> {
             Command::ResetStream => self.reset_stream(),
             Command::Stream { first, samples } => self.append(first, &samples),
             Command::Record { every } => self.order(Order::Record(every)),
-            Command::Statistics => Ok(Answer::Statistics(self.shared.statistics(self.bad_frames))),
+            Command::Statistics => Ok(Answer::Statistics(Statistics {
+                latency: self.latency,
+                ..self.shared.statistics(self.bad_frames)
+            })),
         }
     }
 
@@ -191,6 +197,7 @@ impl<'a> Server<'a> {
         }
         let spare = self.spare.as_mut().ok_or(Refusal::Busy)?;
         spare.prepare(valid, model).map_err(Refusal::Model)?;
+        self.latency = spare.latency() as u16;
         match self.spare.take() {
             Some(setup) => self.order(Order::Adopt(setup)),
             None => Err(Refusal::Busy),
@@ -290,5 +297,6 @@ fn identity() -> Identity {
         plays: PLAYS as u8,
         dead_zones: DEAD_ZONES as u8,
         stream: (STREAM_LEN - 1) as u16,
+        window: WINDOW as u8,
     }
 }

@@ -42,7 +42,7 @@ pub struct Arguments {
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
-enum Rate {
+pub enum Rate {
     /// That of the step to come.
     Forward,
     /// Something between the two: errs on none of them much.

@@ -1,15 +1,22 @@
 //! `hysteron pil`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+use hysteron::hysteresis::preview::PlantRate;
 use hysteron_host::error::Error;
 use hysteron_host::interrupt;
+use hysteron_host::link::model::Choice;
+use hysteron_host::model_file::{self, ModelFile};
 use hysteron_host::output::OutputFolder;
-use hysteron_host::pil::{self, Bench, Emulator, Hardware, Listener, experiment};
+use hysteron_host::pil::{
+    self, Bench, Compared, Comparison, Emulator, Hardware, Listener, experiment,
+};
 use hysteron_host::plant::Stage;
+use hysteron_host::signals::{Quantity, read};
 
+use super::link::note_left_out;
 use super::progress;
 
 /// Run the firmware in an emulator around a simulated stage.
@@ -26,8 +33,21 @@ pub struct Arguments {
     #[arg(long, value_name = "ELF")]
     firmware: Option<PathBuf>,
     /// No experiment: a stage to practise on with `hysteron link`, at tcp:HOST:PORT or unix:PATH.
-    #[arg(long, value_name = "PORT", conflicts_with = "out")]
+    #[arg(long, value_name = "PORT", conflicts_with_all = ["out", "model"])]
     serve: Option<String>,
+    /// Another experiment: the compensators of this model and of --extended along --reference, on the
+    /// stage that --plant describes. Each is a cascade where the model has effects, else preview.
+    #[arg(long, value_name = "M", requires_all = ["extended", "reference"])]
+    model: Option<String>,
+    /// The model with what --model lacks.
+    #[arg(long, value_name = "M", requires = "model")]
+    extended: Option<String>,
+    /// The model that is the stage, stepped at 10 kHz [default: that of --extended].
+    #[arg(long, value_name = "M", requires = "model")]
+    plant: Option<String>,
+    /// CSV with the columns time_s and reference_um, 10 kHz.
+    #[arg(long, value_name = "REF.csv", requires = "model")]
+    reference: Option<PathBuf>,
 }
 
 /// Builds, runs, writes; or serves until Ctrl-C.
@@ -45,6 +65,18 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         return serve(port, &firmware);
     }
     let mut folder = OutputFolder::create(&arguments.out)?;
+    if let (Some(model), Some(extended), Some(reference)) =
+        (&arguments.model, &arguments.extended, &arguments.reference)
+    {
+        steps.set_message("comparing");
+        let plant = arguments.plant.as_ref().unwrap_or(extended);
+        let compared = compare(&firmware, [model, extended, plant], reference)?;
+        steps.finish_and_clear();
+        folder.add("pil.json", format!("{:#}\n", compared.to_json()))?;
+        folder.add("report.html", pil::comparison_page(&compared).to_html())?;
+        folder.commit()?;
+        return told(&compared, &arguments.out);
+    }
     let outcome = experiment::run(&firmware, &|step| steps.set_message(step.to_owned()))?;
     steps.finish_and_clear();
     folder.add("pil.json", format!("{:#}\n", outcome.to_json()))?;
@@ -67,21 +99,89 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         "written to {}: pil.json, report.html",
         arguments.out.display()
     );
-    match outcome.first_difference {
+    agreed(
+        outcome.first_difference.as_deref(),
+        outcome.samples,
+        "; see report.html",
+    )
+}
+
+/// For the names of three models: baseline, extended, plant.
+fn compare(
+    firmware: &Path,
+    [model, extended, plant]: [&String; 3],
+    reference: &Path,
+) -> Result<Compared, Error> {
+    let hardware = Hardware::paper_j()?;
+    let files = [model, extended, plant].map(|name| model_file::resolve(name));
+    let [model, extended, plant] = files;
+    let (model, extended, plant) = (model?, extended?, plant?);
+    let signal = read(reference, Quantity::Reference)?;
+    let sample_time_s = hardware.sample_time_s();
+    if (signal.sample_time_s / sample_time_s - 1.0).abs() > 1e-4 {
+        return Err(Error::request(format!(
+            "{}: has a sample every {} s and the firmware here every {sample_time_s} s; resample it",
+            reference.display(),
+            signal.sample_time_s
+        )));
+    }
+    let choice = |file: &ModelFile| match (file.modified_play(), file.effects().next()) {
+        (Some(_), _) => Choice::Dim,
+        (None, Some(_)) => Choice::Cascade(PlantRate::Midpoint),
+        (None, None) => Choice::Preview(PlantRate::Midpoint),
+    };
+    let comparison = Comparison {
+        name: &extended.name,
+        baseline: (&model, choice(&model)),
+        extended: (&extended, choice(&extended)),
+        hardware,
+        reference_um: &signal.values,
+        skipped: 0,
+    };
+    pil::compare(firmware, &comparison, &|| {
+        pil::model_plant(&plant, sample_time_s)
+    })
+}
+
+fn told(compared: &Compared, out: &Path) -> Result<(), Error> {
+    println!(
+        "{:<24} {:>9} {:>12} {:>12} {:>9} {:>13}",
+        "model", "inverse", "largest (um)", "rms (um)", "latency", "instructions"
+    );
+    for one in [&compared.baseline, &compared.extended] {
+        println!(
+            "{:<24} {:>9} {:>12.3} {:>12.3} {:>9} {:>13}",
+            one.model,
+            one.inverse,
+            one.error.max_um,
+            one.error.rms_um,
+            one.latency,
+            one.instructions.2
+        );
+        note_left_out(&one.left_out, &one.model);
+    }
+    println!("written to {}: pil.json, report.html", out.display());
+    agreed(
+        compared.first_difference.as_deref(),
+        compared.samples,
+        "; see report.html",
+    )
+}
+
+/// What host and firmware had in common.
+fn agreed(difference: Option<&str>, samples: u64, see: &str) -> Result<(), Error> {
+    match difference {
         None => {
-            println!(
-                "firmware and host agree bit for bit in {} samples",
-                outcome.samples
-            );
+            println!("firmware and host agree bit for bit in {samples} samples");
             Ok(())
         }
         Some(difference) => Err(Error::request(format!(
-            "firmware and host do not agree: {difference}; see report.html"
+            "firmware and host do not agree: {difference}{see}"
         ))),
     }
 }
 
-fn serve(port: &str, firmware: &std::path::Path) -> Result<(), Error> {
+fn serve(port: &str, firmware: &Path) -> Result<(), Error> {
     let hardware = Hardware::paper_j()?;
     let mut bench = Bench::new(Emulator::start(firmware)?, hardware, &Stage::p753())?;
     let _deferred = interrupt::Deferred::begin();

@@ -62,8 +62,13 @@ pub(super) fn setting(error: SettingsError) -> String {
 pub(super) fn model(error: RecordError) -> String {
     match error {
         RecordError::Order(index) => format!(
-            "stage {index} of the model is missing or out of place; the order is hysteresis, \
-             asymmetry, output, or modified-play alone"
+            "effect {index} of the model, counted from 0, is out of place; the order is \
+             amplifier-lag, transport-delay, quadratic, cubic, backlash, resonance, creep, \
+             output-quadratic, interleaving"
+        ),
+        RecordError::Window => format!(
+            "the preview is not 2 to {} samples; lower sample_rate_hz or choose the explicit inverse",
+            hysteron::record::WINDOW
         ),
         RecordError::SampleTime => {
             "the model holds at another sample rate than that of the settings; set sample_rate_hz to \

@@ -10,12 +10,15 @@ use hysteron::settings::Settings;
 use super::target::{Target, Ticked};
 use crate::error::Error;
 use crate::link::Port;
-use crate::plant::{Simulation, Stage};
+use crate::plant::Stage;
 
 /// Samples between two looks at the link.
 const BLOCK: u32 = 8;
 /// State of the output while it follows a reference.
 const RUN: u8 = 2;
+
+/// A stage: takes the drive of a sample in V and gives the displacement at its end in um.
+pub type Plant = Box<dyn FnMut(f64) -> Result<f64, Error>>;
 
 /// What stands between the target's codes and the stage, described by the settings that fit it.
 #[derive(Clone, Copy, Debug)]
@@ -44,6 +47,11 @@ impl Hardware {
         })
     }
 
+    /// Time between two samples in s.
+    pub fn sample_time_s(&self) -> f64 {
+        self.sample_time_s
+    }
+
     /// A bipolar converter of 16 bit, an amplifier of ten for +-50 V, and a sensor that shows +-60 um
     /// on the whole range of its converter; 10 kHz.
     ///
@@ -68,7 +76,7 @@ impl Hardware {
 pub struct Bench<T> {
     target: T,
     hardware: Hardware,
-    stage: Simulation,
+    plant: Plant,
     displacement_um: f64,
     samples: u64,
     last: Option<Ticked>,
@@ -87,19 +95,24 @@ impl<T: Target> Bench<T> {
         let mut stage = stage.clone();
         stage.dac = None;
         stage.sensor.step_um = 0.0;
-        let stage = stage
-            .start(hardware.sample_time_s, 0.0)
-            .map_err(|error| Error::request(format!("simulated stage: {error}")))?;
-        Ok(Self {
+        let told = |error| Error::request(format!("simulated stage: {error}"));
+        let mut stage = stage.start(hardware.sample_time_s, 0.0).map_err(told)?;
+        let plant = move |drive_v| stage.step(drive_v).map_err(told);
+        Ok(Self::around(target, hardware, Box::new(plant)))
+    }
+
+    /// As [`Bench::new`] before any other stage, which shows 0 um until its first sample.
+    pub fn around(target: T, hardware: Hardware, plant: Plant) -> Self {
+        Self {
             target,
             hardware,
-            stage,
+            plant,
             displacement_um: 0.0,
             samples: 0,
             last: None,
             to_host: Vec::new(),
             counts: Vec::new(),
-        })
+        }
     }
 
     /// One sample. The sensor's code is read before it, and the drive arrives at its end.
@@ -112,10 +125,8 @@ impl<T: Target> Bench<T> {
         if ticked.state == RUN {
             self.counts.push(ticked.instructions);
         }
-        self.displacement_um = self
-            .stage
-            .step(self.drive_of(ticked))
-            .map_err(|error| Error::request(format!("simulated stage: {error}")))?;
+        let drive_v = self.drive_of(ticked);
+        self.displacement_um = (self.plant)(drive_v)?;
         self.samples += 1;
         self.last = Some(ticked);
         Ok(ticked)

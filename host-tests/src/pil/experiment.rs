@@ -12,7 +12,8 @@ use super::firmware::{Sizes, sizes};
 use super::replica::{Pair, Replica};
 use crate::error::Error;
 use crate::experiment::references::{self, Grid, Reference};
-use crate::link::{Client, Excitation, Shape, model, play};
+use crate::link::model::{self, Choice};
+use crate::link::{Client, Excitation, Shape, play};
 use crate::metrics::{MetricError, max_abs_error, rms_error};
 use crate::model_file::{ModelFile, builtin};
 use crate::plant::Stage;
@@ -86,6 +87,19 @@ pub struct Errors {
     pub max_um: f64,
     /// Root of the mean square.
     pub rms_um: f64,
+}
+
+impl Errors {
+    /// Of a displacement against a reference, both in um.
+    ///
+    /// # Errors
+    /// Signals of unequal lengths, or of none.
+    pub fn of(displacement_um: &[f64], reference_um: &[f64]) -> Result<Self, MetricError> {
+        Ok(Self {
+            max_um: max_abs_error(displacement_um, reference_um)?,
+            rms_um: rms_error(displacement_um, reference_um)?,
+        })
+    }
 }
 
 /// One reference, followed both ways.
@@ -187,7 +201,7 @@ fn follow(
         while client.statistics()?.driver_enabled {
             client.wait(std::time::Duration::from_millis(20))?;
         }
-        let record = model::record(file, &client.settings()?)?;
+        let record = model::record(file, &client.settings()?, Choice::Explicit)?.record;
         client.tell(Command::SetModel(Some(record)))?;
         let excitation = Excitation {
             path,
@@ -205,14 +219,9 @@ fn follow(
     let counted = |signal: &[f64]| signal[input.skipped(sample_time_s)..].to_vec();
     let reference_um = counted(&reference.samples);
     let (without_um, with_um) = (counted(&without_um), counted(&with_um));
-    let errors = |displacement: &[f64]| -> Result<Errors, MetricError> {
-        Ok(Errors {
-            max_um: max_abs_error(displacement, &reference_um)?,
-            rms_um: rms_error(displacement, &reference_um)?,
-        })
-    };
     let scored = |displacement: &[f64]| {
-        errors(displacement).map_err(|error| Error::request(format!("{}: {error}", input.name)))
+        Errors::of(displacement, &reference_um)
+            .map_err(|error| Error::request(format!("{}: {error}", input.name)))
     };
     Ok(Followed {
         input,

@@ -3,9 +3,12 @@
 //! A [`Target`] answers samples and link bytes: the firmware in QEMU ([`Emulator`]), the same core
 //! code on the host ([`Replica`]), or both with every answer compared ([`Pair`]). A [`Bench`] puts a
 //! simulated stage between the target's converter and its sensor, and is a port for the link.
-//! [`experiment`] is what `hysteron pil` runs.
+//! [`experiment`] is what `hysteron pil` runs; [`compare`] puts the compensators of two models side by
+//! side on any stage.
 
 mod bench;
+mod compare;
+mod comparison_page;
 mod emulator;
 pub mod experiment;
 mod firmware;
@@ -14,7 +17,9 @@ mod replica;
 mod serve;
 mod target;
 
-pub use bench::{Bench, Hardware};
+pub use bench::{Bench, Hardware, Plant};
+pub use compare::{Compared, Comparison, Reached, compare, model_plant};
+pub use comparison_page::comparison_page;
 pub use emulator::Emulator;
 pub use firmware::{Sizes, build, sizes};
 pub use page::page;

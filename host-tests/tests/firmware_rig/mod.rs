@@ -7,7 +7,7 @@ use hysteron::dac;
 use hysteron::dim::Law;
 use hysteron::hysteresis::modified_play::Harmonics;
 use hysteron::link::{Answer, Command, FRAME_LEN, Message, Request, Server, decode, encode};
-use hysteron::record::{ModelRecord, Stage};
+use hysteron::record::{ChainRecord, Inverse, ModelRecord, ModifiedPlayRecord};
 use hysteron::reference::{Tone, Waveform};
 use hysteron::settings::Settings;
 use hysteron::telemetry::{Shared, Statistics};
@@ -37,23 +37,27 @@ pub fn published() -> ModelRecord {
 }
 
 pub fn model(thresholds: &[f32], weights: &[f32], beta_s: f32, gain: f32) -> ModelRecord {
-    let mut record = ModelRecord::default();
-    record
-        .stages
-        .push(Stage::Hysteresis {
-            thresholds_v: heapless::Vec::from_slice(thresholds).unwrap(),
-            weights: heapless::Vec::from_slice(weights).unwrap(),
-            beta_s,
-        })
-        .unwrap();
-    record
-        .stages
-        .push(Stage::Output {
-            gain_um_per_v: gain,
-            offset_um: 0.0,
-        })
-        .unwrap();
-    record
+    ModelRecord::Chain(ChainRecord {
+        thresholds_v: heapless::Vec::from_slice(thresholds).unwrap(),
+        weights: heapless::Vec::from_slice(weights).unwrap(),
+        beta_s,
+        asymmetry: None,
+        effects: heapless::Vec::new(),
+        gain_um_per_v: gain,
+        offset_um: 0.0,
+        inverse: Inverse::Explicit,
+    })
+}
+
+/// The same record with some of its fields changed.
+pub fn with(record: ModelRecord, change: impl FnOnce(&mut ChainRecord)) -> ModelRecord {
+    match record {
+        ModelRecord::Chain(mut chain) => {
+            change(&mut chain);
+            ModelRecord::Chain(chain)
+        }
+        other => panic!("{other:?}"),
+    }
 }
 
 /// A full modified play model of `divisions` for 50 V and 10 kHz, steep enough for 50 um.
@@ -62,7 +66,7 @@ pub fn modified_play(divisions: usize, law: Law, harmonics: Harmonics) -> ModelR
         .map(|i| 0.3 * (-0.2 * i as f32).exp())
         .collect();
     slopes.insert(0, 0.7);
-    let stage = Stage::ModifiedPlay {
+    ModelRecord::ModifiedPlay(ModifiedPlayRecord {
         u_max_v: 50.0,
         slopes_um_per_v: heapless::Vec::from_slice(&slopes).unwrap(),
         offset_um: 0.25,
@@ -76,10 +80,7 @@ pub fn modified_play(divisions: usize, law: Law, harmonics: Harmonics) -> ModelR
         cosine: [-1e-2, 2e-5, 1e-9],
         sample_time_s: 1e-4,
         law,
-    };
-    let mut record = ModelRecord::default();
-    record.stages.push(stage).unwrap();
-    record
+    })
 }
 
 pub fn sine(amplitude: f32, frequency_hz: f32) -> Waveform {

@@ -2,9 +2,11 @@
 
 use hysteron::control::Path;
 use hysteron::link::Command;
+use hysteron::record::{Effect, ModelRecord};
 use hysteron::reference::{Tone, Waveform};
 use hysteron::safety::State;
-use hysteron_host::link::{Client, model};
+use hysteron_host::link::Client;
+use hysteron_host::link::model::{self, Choice};
 use hysteron_host::model_file::builtin;
 
 use crate::support::{Fault, Line, bench, client, message};
@@ -38,7 +40,9 @@ fn commands_come_through_a_bad_line() {
         line.fault = Some(fault);
         let (mut client, _) = Client::connect(&mut line).unwrap();
         let settings = client.settings().unwrap();
-        let record = model::record(&builtin("p753").unwrap(), &settings).unwrap();
+        let record = model::record(&builtin("p753").unwrap(), &settings, Choice::Explicit)
+            .unwrap()
+            .record;
         client
             .tell(Command::SetModel(Some(record.clone())))
             .unwrap();
@@ -72,10 +76,14 @@ fn refusals_say_what_to_do() {
     settings.ramp_v_per_s = f32::NAN;
     let refused = message(client.tell(Command::SetSettings(settings)));
     assert!(refused.contains("ramp_v_per_s"), "{refused}");
-    let mut record = model::record(&builtin("p753").unwrap(), &settings).unwrap();
-    record.stages.reverse();
-    record.stages.extend(record.stages.clone());
+    let mut record = model::record(&builtin("p753").unwrap(), &settings, Choice::Explicit)
+        .unwrap()
+        .record;
+    if let ModelRecord::Chain(chain) = &mut record {
+        let effects = [Effect::Cubic { c: 0.0 }, Effect::Quadratic { q: 0.0 }];
+        chain.effects.extend(effects);
+    }
     let refused = message(client.tell(Command::SetModel(Some(record))));
-    assert!(refused.contains("stage 1"), "{refused}");
+    assert!(refused.contains("effect 1"), "{refused}");
     assert_eq!(client.model().unwrap(), None);
 }

@@ -2,10 +2,16 @@
 
 use std::fs;
 
+use hysteron::hysteresis::preview::PlantRate;
+use hysteron::record::{Effect, ModelRecord};
 use hysteron::settings::Settings;
 use hysteron_host::dataset::{Dataset, NewRecord, Role, add_record};
-use hysteron_host::link::{model, settings};
-use hysteron_host::model_file::{Hysteresis, ModelFile, Stage, builtin};
+use hysteron_host::link::model::{self, Choice};
+use hysteron_host::link::settings;
+use hysteron_host::model_file::{
+    Backlash, Congruency, Hysteresis, Interleaving, ModelFile, Quantisation, RateLaw, Saturation,
+    SensorLag, SlewLimit, Stage, builtin,
+};
 use hysteron_host::pil::Hardware;
 
 use crate::support::message;
@@ -66,23 +72,71 @@ fn models_are_judged_before_they_are_sent() {
         ModelFile::new("bank", vec![Stage::Hysteresis(hysteresis)])
     };
     let settings = Settings::default();
-    assert!(model::record(&bank(16, 1.0), &settings).is_ok());
-    let said = message(model::record(&bank(17, 1.0), &settings));
+    assert!(model::record(&bank(16, 1.0), &settings, Choice::Explicit).is_ok());
+    let said = message(model::record(&bank(17, 1.0), &settings, Choice::Explicit));
     assert!(
         said.contains("17 plays") && said.contains("--plays 16"),
         "{said}"
     );
-    let said = message(model::record(&bank(3, -1.0), &settings));
+    let said = message(model::record(&bank(3, -1.0), &settings, Choice::Explicit));
     assert!(said.contains("weights[0]"), "{said}");
     // Apart in double precision, one in single.
     let mut close = bank(2, 1.0);
     if let Stage::Hysteresis(hysteresis) = &mut close.stages[0] {
         hysteresis.thresholds_v = vec![1.0, 1.0 + 1e-9];
     }
-    let said = message(model::record(&close, &settings));
+    let said = message(model::record(&close, &settings, Choice::Explicit));
     assert!(said.contains("thresholds_v[1]"), "{said}");
     for name in ["p753", "p753-printed", "example-f"] {
-        assert!(model::record(&builtin(name).unwrap(), &settings).is_ok());
+        assert!(model::record(&builtin(name).unwrap(), &settings, Choice::Explicit).is_ok());
+    }
+}
+
+#[test]
+fn what_no_compensator_undoes_is_left_out_and_named() {
+    let hysteresis = Stage::Hysteresis(Hysteresis {
+        thresholds_v: vec![8.0],
+        weights: vec![0.8, 0.3],
+        beta_s: 0.0,
+    });
+    let settings = Settings::default();
+    let choice = Choice::Cascade(PlantRate::Midpoint);
+    let (g, width) = (1e-3, 0.5);
+    let stages = vec![
+        Stage::Saturation(Saturation { limit_v: 50.0 }),
+        Stage::SlewLimit(SlewLimit { slew_v_per_s: 1e5 }),
+        hysteresis.clone(),
+        Stage::Backlash(Backlash { width }),
+        Stage::Interleaving(Interleaving { g }),
+        Stage::SensorLag(SensorLag { tau_s: 1e-4 }),
+        Stage::Quantisation(Quantisation { step: 0.01 }),
+    ];
+    let extended = ModelFile::new("extended", stages);
+    let prepared = model::record(&extended, &settings, choice).unwrap();
+    assert_eq!(
+        prepared.left_out,
+        ["saturation", "slew-limit", "sensor-lag", "quantisation"]
+    );
+    let ModelRecord::Chain(chain) = &prepared.record else {
+        panic!("a modified play model");
+    };
+    let (g, width) = (g as f32, width as f32);
+    let sent = [Effect::Backlash { width }, Effect::Interleaving { g }];
+    assert_eq!(chain.effects, sent);
+
+    // Without these the numbers of the hysteresis mean something else, so none is left out.
+    for (stage, name) in [
+        (Stage::RateLaw(RateLaw { exponent: 0.5 }), "rate-law"),
+        (Stage::Congruency(Congruency { kappa: 0.01 }), "congruency"),
+    ] {
+        let file = ModelFile::new("of its own law", vec![stage, hysteresis.clone()]);
+        for choice in [choice, Choice::Explicit] {
+            let said = message(model::record(&file, &settings, choice));
+            assert!(
+                said.contains(name) && said.contains("--inverse cascade"),
+                "{said}"
+            );
+        }
     }
 }
 

@@ -7,7 +7,8 @@ use std::time::Duration;
 use hysteron::control::Path;
 use hysteron::link::Command;
 use hysteron_host::error::Error;
-use hysteron_host::link::{Client, Excitation, Shape, model, multisine, play};
+use hysteron_host::link::model::{self, Choice};
+use hysteron_host::link::{Client, Excitation, Shape, multisine, play};
 use hysteron_host::model_file::builtin;
 use hysteron_host::pil::{Bench, Hardware, Replica, Target, Ticked};
 use hysteron_host::plant::{Hysteresis, Sensor, Stage};
@@ -119,7 +120,9 @@ fn streams_longer_than_the_queue_run_through() {
     let mut bench = bench();
     let mut client = client(&mut bench);
     let settings = client.settings().unwrap();
-    let record = model::record(&builtin("p753").unwrap(), &settings).unwrap();
+    let record = model::record(&builtin("p753").unwrap(), &settings, Choice::Explicit)
+        .unwrap()
+        .record;
     client.tell(Command::SetModel(Some(record))).unwrap();
     let reference: Vec<f64> = (0..5_000)
         .map(|k| 30.0 * (TAU * 10.0 * f64::from(k) * H).sin())
@@ -229,7 +232,9 @@ fn a_fault_is_told_and_cleared() {
     let mut bench = bench();
     let mut client = client(&mut bench);
     let settings = client.settings().unwrap();
-    let record = model::record(&builtin("p753").unwrap(), &settings).unwrap();
+    let record = model::record(&builtin("p753").unwrap(), &settings, Choice::Explicit)
+        .unwrap()
+        .record;
     client.tell(Command::SetModel(Some(record))).unwrap();
     // Finite, but not on its way through the compensator.
     let reference = Excitation::streamed(Path::Compensated, &[0.0, 1.0, 3e38, 0.0]).unwrap();

@@ -10,11 +10,15 @@ use core::sync::atomic::{Ordering, compiler_fence};
 use heapless::spsc::Queue;
 use hysteron::control::{Control, Output, Path};
 use hysteron::dac;
+use hysteron::dim::Law;
+use hysteron::hysteresis::modified_play::Harmonics;
 use hysteron::hysteresis::preview::{PlantRate, PreviewInverse, PreviewSettings};
 use hysteron::hysteresis::{Parameters, RateDependentPi, State};
 use hysteron::link::{Command, FRAME_LEN, Request, Server, encode};
 use hysteron::play::{PlainState, PlayState, StackState};
-use hysteron::record::{ModelRecord, Stage};
+use hysteron::record::{
+    ChainRecord, Effect, Inverse, ModelRecord, ModifiedPlayRecord, Preview, WINDOW,
+};
 use hysteron::reference::{Reference, STREAM_LEN, Tone, Waveform};
 use hysteron::settings::Settings;
 use hysteron::wiring::Memory;
@@ -252,6 +256,7 @@ pub fn row<const N: usize, R: Rival<N>>(now: impl Fn() -> u32 + Copy, plays: usi
 }
 
 /// A preview inverse of `N` plays with one sweep in a tick, on the references.
+#[allow(dead_code, reason = "for the emulator only")]
 pub fn preview<const N: usize>(
     now: impl Fn() -> u32 + Copy,
     window: usize,
@@ -316,30 +321,93 @@ pub fn connect<'a>(memory: &'a mut Memory<'a>) -> (Control<'a>, Server<'a>) {
     (control, server)
 }
 
+/// Which compensator a whole sample has.
+#[derive(Clone, Copy)]
+pub enum Choice {
+    /// The explicit inverse of so many plays; without its rate term where told so.
+    Explicit(usize, bool),
+    /// A preview of the target's window.
+    Preview(usize, PlantRate),
+    /// That, with a mode, a lag, a delay and eight decades of creep around it.
+    Cascade(usize, PlantRate),
+    /// Direct inverse multiplication with so many divisions.
+    Dim(usize, Law),
+}
+
+fn record(choice: Choice) -> ModelRecord {
+    let (plays, inverse) = match choice {
+        Choice::Dim(divisions, law) => return modified_play(divisions, law),
+        Choice::Explicit(plays, _) => (plays, Inverse::Explicit),
+        Choice::Preview(plays, rate) => (plays, Inverse::Preview(ahead(rate))),
+        Choice::Cascade(plays, rate) => (plays, Inverse::Cascade(ahead(rate))),
+    };
+    let (thresholds, weights) = parameters(plays);
+    let effects = [
+        Effect::AmplifierLag { tau_s: 2e-4 },
+        Effect::TransportDelay { delay_s: 1.3e-4 },
+        Effect::Resonance {
+            f_n_hz: 900.0,
+            zeta: 0.05,
+        },
+        Effect::Creep {
+            gain_per_decade: 0.01,
+            tau_min_s: 1e-2,
+            tau_max_s: 1e5,
+        },
+    ];
+    ModelRecord::Chain(ChainRecord {
+        thresholds_v: thresholds[..plays].iter().copied().collect(),
+        weights: weights[..=plays].iter().copied().collect(),
+        beta_s: match choice {
+            Choice::Explicit(_, true) => 0.0,
+            _ => BETA,
+        },
+        asymmetry: None,
+        effects: effects.into_iter().collect(),
+        gain_um_per_v: 1.0,
+        offset_um: 0.0,
+        inverse,
+    })
+}
+
+fn ahead(plant_rate: PlantRate) -> Preview {
+    Preview {
+        window: WINDOW as u8,
+        plant_rate,
+    }
+}
+
+/// A full modified play model, steep enough for the references.
+fn modified_play(divisions: usize, law: Law) -> ModelRecord {
+    let steep = |i: usize| 0.3 * libm::expf(-0.2 * i as f32);
+    let slopes = core::iter::once(0.9).chain((1..divisions).map(steep));
+    ModelRecord::ModifiedPlay(ModifiedPlayRecord {
+        u_max_v: 50.0,
+        slopes_um_per_v: slopes.collect(),
+        offset_um: 0.0,
+        alpha_s: 2e-5,
+        beta_s: 3e-5,
+        interleaving_per_v: 1e-3,
+        feedback: [0.3, 0.1, -0.05],
+        frequency_hz: 50.0,
+        harmonics: Harmonics::Corrected,
+        sine: [1e-2, 1e-5, 1e-9],
+        cosine: [-1e-2, 2e-5, 1e-9],
+        sample_time_s: 1.0 / RATE,
+        law,
+    })
+}
+
 /// A whole sample but for interrupt and converter: reference, compensator, safety, recording,
-/// counters, with `plays` plays on the references.
+/// counters, on the references.
 pub fn whole_sample(
     (control, server): &mut (Control<'_>, Server<'_>),
     now: impl Fn() -> u32 + Copy,
-    plays: usize,
+    choice: Choice,
 ) -> Count {
     let empty = overhead(now);
     let mut count = Count::default();
-    let (thresholds, weights) = parameters(plays);
-    let mut model = ModelRecord::default();
-    let stages = [
-        Stage::Hysteresis {
-            thresholds_v: thresholds[..plays].iter().copied().collect(),
-            weights: weights[..=plays].iter().copied().collect(),
-            beta_s: BETA,
-        },
-        Stage::Output {
-            gain_um_per_v: 1.0,
-            offset_um: 0.0,
-        },
-    ];
-    model.stages.extend(stages);
-    tell(server, control, Command::SetModel(Some(model)));
+    tell(server, control, Command::SetModel(Some(record(choice))));
     tell(server, control, Command::Record { every: 1 });
     for waveform in references() {
         let start = Command::Start {

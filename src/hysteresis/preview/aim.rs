@@ -1,12 +1,14 @@
 //! Which rate the plant sees, and the way back to the plan where that rate jumps.
 
+use serde::{Deserialize, Serialize};
+
 use crate::math::{Real, max, min};
 
 use super::window::Entry;
 use super::{PreviewInverse, PreviewState};
 
 /// Which rate of its drive a plant sees at a sample.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum PlantRate {
     /// That of the step to come: inverted exactly.
     Forward,
@@ -61,6 +63,7 @@ pub(super) struct Return<T, const N: usize> {
 
 impl<T: Real, const N: usize> Return<T, N> {
     /// For the weight `a_0`, the partial sums `A_1..A_n` and `ratio = beta / h`.
+    #[inline(never)]
     pub(super) fn new(a_0: T, sums: &[T], ratio: T) -> Self {
         let slope = |sum: T| sum - (sum - a_0) * ratio;
         let cost = |sum: T| {
@@ -130,6 +133,37 @@ impl<T: Real, const N: usize, const WINDOW: usize> PreviewInverse<T, N, WINDOW> 
             self.take_over(&response, plays);
             drive = response.plant.drive;
         }
+        drive
+    }
+
+    /// The drive for a reference at rest; plays and simulated plant settle there.
+    ///
+    /// The plays of the plant are those that (J 16, corrected) makes the inverse's of, so that a state
+    /// whose inverse plays came from elsewhere has the plant that belongs to them.
+    pub(super) fn settle(&self, state: &mut PreviewState<T, N, WINDOW>, reference: T) -> T {
+        let PreviewState { window, plant } = state;
+        let (_, plays) = window.oldest();
+        let bank = self.inverse.bank();
+        let weight_0 = self.inverse.weight_0();
+        let mut drive = weight_0 * reference;
+        let mut distance_before = T::ZERO;
+        let mut share = weight_0;
+        let mut x = T::ZERO;
+        let rows = plays.iter_mut().zip(&mut plant.plays);
+        let inverse = bank.thresholds().iter().zip(bank.weights());
+        for ((y, z), (&s, &b)) in rows.zip(inverse) {
+            *y = max(min(*y, reference + s), reference - s);
+            drive = drive + b * *y;
+            let distance = reference - *y;
+            x = x + share * (distance - distance_before);
+            (distance_before, share) = (distance, share + b);
+            // Its distance from the drive, which is known in the end.
+            *z = x;
+        }
+        for (z, _) in plant.plays.iter_mut().zip(bank.thresholds()) {
+            *z = drive - *z;
+        }
+        plant.drive = drive;
         drive
     }
 

@@ -221,11 +221,20 @@ impl<T: Real, const N: usize, const WINDOW: usize> PreviewInverse<T, N, WINDOW> 
             window: Window::new(first, [T::ZERO; N]),
             plant: Plant::new(T::ZERO),
         };
-        // A plant at rest at the drive that is going to come first.
-        let mut inverse = self.inverse.start(first);
-        let drive = self.inverse.step_with_rate(&mut inverse, first, T::ZERO);
-        state.plant = self.respond(&Plant::new(drive), drive).plant;
+        self.settle(&mut state, first);
         state
+    }
+
+    /// Takes the state up again for a reference that rests at `reference` from now on, plays where they
+    /// stand, and returns the drive there.
+    pub fn rest_at(&self, state: &mut PreviewState<T, N, WINDOW>, reference: T) -> T {
+        state.window.rest_at(reference);
+        self.settle(state, reference)
+    }
+
+    /// The inverse operator, whose plays [`PreviewState::plays`] are.
+    pub fn inverse(&self) -> &RateDependentPi<T, N> {
+        &self.inverse
     }
 
     /// Drive for the reference sample that came [`PreviewInverse::latency`] samples ago.

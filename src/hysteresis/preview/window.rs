@@ -13,6 +13,13 @@ pub struct PreviewState<T, const N: usize, const WINDOW: usize> {
     pub(super) plant: Plant<T, N>,
 }
 
+impl<T: Real, const N: usize, const WINDOW: usize> PreviewState<T, N, WINDOW> {
+    /// Outputs of the inverse plays at the latest drive.
+    pub fn plays(&mut self) -> &mut [T; N] {
+        self.window.oldest().1
+    }
+}
+
 /// What a preview inverse knows of the samples ahead.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Window<T, const N: usize, const WINDOW: usize> {
@@ -45,20 +52,33 @@ struct Front<T> {
     last: T,
 }
 
-impl<T: Real, const N: usize, const WINDOW: usize> Window<T, N, WINDOW> {
-    /// A reference at rest.
-    pub(super) fn new(reference: T, plays: [T; N]) -> Self {
-        let entry = Entry {
+impl<T: Real> Entry<T> {
+    fn at_rest(reference: T) -> Self {
+        Self {
             reference,
             p: T::ZERO,
             step: T::ZERO,
             lag: T::ZERO,
             row: 0,
-        };
+        }
+    }
+}
+
+impl<T: Real, const N: usize, const WINDOW: usize> Window<T, N, WINDOW> {
+    /// A reference at rest.
+    pub(super) fn new(reference: T, plays: [T; N]) -> Self {
         Self {
-            entries: [entry; WINDOW],
+            entries: [Entry::at_rest(reference); WINDOW],
             rows: [plays; WINDOW],
             step_before: T::ZERO,
+        }
+    }
+
+    /// A reference at rest, plays where they stand.
+    pub(super) fn rest_at(&mut self, reference: T) {
+        self.step_before = T::ZERO;
+        for entry in &mut self.entries {
+            *entry = Entry::at_rest(reference);
         }
     }
 

@@ -2,27 +2,33 @@
 
 use std::path::Path;
 
-use hysteron::dim::Law;
-use hysteron::link::{Command, Identity};
-use hysteron::record::{ModelRecord, Stage};
-use hysteron_host::error::Error;
-use hysteron_host::link::{self, Client};
-use hysteron_host::model_file;
+use clap::{Args, ValueEnum};
 
-use super::watch;
+use hysteron::dim::Law;
+use hysteron::hysteresis::preview::PlantRate;
+use hysteron::link::{Command, Identity};
+use hysteron::record::{self, ModelRecord};
+use hysteron::settings::Settings;
+use hysteron_host::error::Error;
+use hysteron_host::link::model::{Choice, Prepared};
+use hysteron_host::link::{self, Client};
+use hysteron_host::model_file::{self, ModelFile, Stage};
+
+use super::{note_left_out, watch};
+use crate::cli::compensate::Rate;
 
 /// Prints who is there.
 pub fn info(client: &mut Client<'_>, identity: &Identity) -> Result<(), Error> {
     let [major, minor, patch] = identity.firmware;
     println!("firmware        {major}.{minor}.{patch}");
     println!(
-        "room for        {} plays, {} dead zones on a side, {} samples of a stream",
-        identity.plays, identity.dead_zones, identity.stream
+        "room for        {} plays, {} dead zones on a side, {} samples of a stream, {} of a preview",
+        identity.plays, identity.dead_zones, identity.stream, identity.window
     );
     let model = client.model()?;
     println!(
         "model           {}",
-        model.map_or("none".to_owned(), describe)
+        model.as_ref().map_or("none".to_owned(), describe)
     );
     let settings = client.settings()?;
     println!("sample rate     {} Hz", settings.sample_rate_hz);
@@ -56,47 +62,120 @@ pub fn settings(client: &mut Client<'_>, file: Option<&Path>) -> Result<(), Erro
     Ok(())
 }
 
-/// Sends a model and reads it back.
-pub fn upload(client: &mut Client<'_>, name: &str) -> Result<(), Error> {
-    let file = model_file::resolve(name)?;
-    let record = link::model::record(&file, &client.settings()?)?;
-    client.tell(Command::SetModel(Some(record.clone())))?;
-    if client.model()?.as_ref() != Some(&record) {
-        return Err(Error::request(
-            "the target keeps another model than was sent; flash the firmware of this program's \
-             version",
-        ));
-    }
-    println!("model \"{}\" in force: {}", file.name, describe(record));
-    Ok(())
+#[derive(Debug, Args)]
+pub struct Upload {
+    /// A model.toml, or a built-in model: p753, p753-printed, example-f.
+    model: String,
+    /// Which compensator the target makes of it [default: explicit; dim for a modified play model].
+    #[arg(long, value_enum)]
+    inverse: Option<Inverse>,
+    /// Which rate of its drive the stage sees, for preview and cascade [default: midpoint].
+    #[arg(long, value_enum, value_name = "RATE")]
+    plant_rate: Option<Rate>,
 }
 
-fn describe(model: ModelRecord) -> String {
-    let stages: Vec<_> = model
-        .stages
-        .iter()
-        .map(|stage| match stage {
-            Stage::Hysteresis { thresholds_v, .. } => format!("{} plays", thresholds_v.len()),
-            Stage::Asymmetry { positive, negative } => format!(
-                "asymmetry of {} and {} dead zones",
-                positive.thresholds.len(),
-                negative.thresholds.len()
-            ),
-            Stage::Output { gain_um_per_v, .. } => format!("gain {gain_um_per_v} um/V"),
-            Stage::ModifiedPlay {
-                slopes_um_per_v,
-                frequency_hz,
-                law,
-                ..
-            } => format!(
-                "modified play, N = {}, {frequency_hz} Hz, DIM {}",
-                slopes_um_per_v.len(),
-                match law {
-                    Law::Printed => "as printed",
-                    Law::Exact => "exact",
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Inverse {
+    /// The analytic inverse with the rate of the reference; no latency.
+    Explicit,
+    /// The inverse with the rate of the drive itself; it looks ahead.
+    Preview,
+    /// Inverses of all stages of the model; it looks ahead.
+    Cascade,
+    /// Direct inverse multiplication, for a modified play model.
+    Dim,
+}
+
+impl Upload {
+    /// Sends a model and reads it back.
+    pub fn run(&self, client: &mut Client<'_>) -> Result<(), Error> {
+        let file = model_file::resolve(&self.model)?;
+        let choice = self.choice(&file)?;
+        let settings = client.settings()?;
+        let Prepared {
+            record,
+            latency,
+            left_out,
+        } = link::model::record(&file, &settings, choice)?;
+        client.tell(Command::SetModel(Some(record.clone())))?;
+        if client.model()?.as_ref() != Some(&record) {
+            return Err(Error::request(
+                "the target keeps another model than was sent; flash the firmware of this \
+                 program's version",
+            ));
+        }
+        let left: Vec<&str> = match choice {
+            Choice::Cascade(_) => Vec::new(),
+            _ => {
+                let undone = file.effects().filter(|stage| stage.inverted());
+                undone.map(Stage::name).collect()
+            }
+        };
+        if !left.is_empty() {
+            eprintln!(
+                "note: {} of model \"{}\" stays as it is; --inverse cascade undoes it",
+                left.join(", "),
+                file.name
+            );
+        }
+        note_left_out(&left_out, &file.name);
+        println!("model \"{}\" in force: {}", file.name, describe(&record));
+        println!("latency: {}", samples_and_ms(latency, &settings));
+        Ok(())
+    }
+
+    fn choice(&self, file: &ModelFile) -> Result<Choice, Error> {
+        let rate = self.plant_rate.map_or(PlantRate::Midpoint, PlantRate::from);
+        match (self.inverse, self.plant_rate) {
+            (Some(Inverse::Preview), _) => Ok(Choice::Preview(rate)),
+            (Some(Inverse::Cascade), _) => Ok(Choice::Cascade(rate)),
+            (_, Some(_)) => Err(Error::request(
+                "--plant-rate is for a preview; add --inverse preview or cascade, or leave it out",
+            )),
+            (Some(Inverse::Explicit), None) => Ok(Choice::Explicit),
+            (Some(Inverse::Dim), None) => Ok(Choice::Dim),
+            (None, None) => Ok(Choice::without_preview(file)),
+        }
+    }
+}
+
+fn samples_and_ms(samples: usize, settings: &Settings) -> String {
+    let ms = samples as f64 / f64::from(settings.sample_rate_hz) * 1e3;
+    format!("{samples} samples, {ms:.1} ms")
+}
+
+fn describe(model: &ModelRecord) -> String {
+    match model {
+        ModelRecord::ModifiedPlay(model) => format!(
+            "modified play, N = {}, {} Hz, DIM {}",
+            model.slopes_um_per_v.len(),
+            model.frequency_hz,
+            match model.law {
+                Law::Printed => "as printed",
+                Law::Exact => "exact",
+            }
+        ),
+        ModelRecord::Chain(chain) => {
+            let mut parts = vec![format!("{} plays", chain.thresholds_v.len())];
+            if let Some(map) = &chain.asymmetry {
+                parts.push(format!(
+                    "asymmetry of {} and {} dead zones",
+                    map.positive.thresholds.len(),
+                    map.negative.thresholds.len()
+                ));
+            }
+            if !chain.effects.is_empty() {
+                parts.push(format!("{} effects", chain.effects.len()));
+            }
+            parts.push(format!("gain {} um/V", chain.gain_um_per_v));
+            parts.push(match chain.inverse {
+                record::Inverse::Explicit => "explicit inverse".to_owned(),
+                record::Inverse::Preview(preview) => {
+                    format!("preview inverse, window {}", preview.window)
                 }
-            ),
-        })
-        .collect();
-    stages.join(", ")
+                record::Inverse::Cascade(preview) => format!("cascade, window {}", preview.window),
+            });
+            parts.join(", ")
+        }
+    }
 }

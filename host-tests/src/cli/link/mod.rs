@@ -36,10 +36,7 @@ enum Action {
         set: Option<PathBuf>,
     },
     /// Put a model into the target; it takes over without a jump.
-    Upload {
-        /// A model.toml, or a built-in model: p753, p753-printed, example-f.
-        model: String,
-    },
+    Upload(bench::Upload),
     /// Play a reference that the target computes itself.
     Start(motion::Start),
     /// The output ramps to rest.
@@ -64,7 +61,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     match &arguments.action {
         Action::Info => bench::info(client, &identity),
         Action::Settings { set } => bench::settings(client, set.as_deref()),
-        Action::Upload { model } => bench::upload(client, model),
+        Action::Upload(upload) => upload.run(client),
         Action::Start(start) => start.run(client),
         Action::Stop => client.stop(),
         Action::Hold => client.tell(Command::Hold),
@@ -72,5 +69,13 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         Action::Record(record) => record.run(client),
         Action::Stream(stream) => stream.run(client),
         Action::Watch(watch) => watch.run(client),
+    }
+}
+
+/// Tells of stages of a model that the target does without.
+pub fn note_left_out(stages: &[&str], model: &str) {
+    if !stages.is_empty() {
+        let stages = stages.join(", ");
+        eprintln!("note: {stages} of model \"{model}\" left out, no compensator undoes it");
     }
 }

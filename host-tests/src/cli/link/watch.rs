@@ -79,6 +79,7 @@ pub fn fields(now: &Statistics, settings: &Settings) -> Result<Vec<(&'static str
             "displacement_um",
             json!(valid.sensor.displacement(now.codes.sensor)),
         ),
+        ("latency_samples", json!(now.latency)),
         ("played", json!(now.played)),
         ("misses", json!(now.misses)),
         ("underruns", json!(now.underruns)),

@@ -98,8 +98,16 @@ pub(super) fn over_records(
         tally.record();
         let count = record.residual_um.len();
         let weight = 1.0 / count as f64;
-        for (k, e) in record.residual_um.iter().enumerate() {
-            tally.add((k, count), class, (weight, weight * e * e, weight));
+        let middle = record.displacement_um.iter().sum::<f64>() * weight;
+        for (k, (e, y)) in record
+            .residual_um
+            .iter()
+            .zip(&record.displacement_um)
+            .enumerate()
+        {
+            // Without preference, a gap is as large as the motion.
+            let moved = weight * (y - middle).powi(2);
+            tally.add((k, count), class, (weight, weight * e * e, moved));
         }
     }
     let middle = |record: &RecordResiduals| {
@@ -132,13 +140,14 @@ pub(super) fn over_records(
         .collect();
     let (first, last) = (means[0], means[means.len() - 1]);
     let mut summary = if telling < 0.1 {
-        "The gap is spread evenly over the records.".to_owned()
+        "The gap is spread over the records as the motion is.".to_owned()
     } else {
         format!(
-            "{} of the gap lies in {} of {} records: {}.",
+            "{} of the gap lies in {} of {} records, which hold {} of the motion: {}.",
             super::percent_in(share.min(1.0), band),
             held.len(),
             ordered.len(),
+            super::percent(share - telling),
             names.join(", ")
         )
     };

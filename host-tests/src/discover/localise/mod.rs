@@ -4,7 +4,7 @@
 //! The gap is the mean square of the residual beyond the noise floor, every record with the same
 //! weight. Along each axis the most telling stretch is the one whose share of the gap exceeds by most
 //! the share that a gap without preference would have there: that of the samples, or, over
-//! frequencies, that of the motion.
+//! frequencies and records, that of the motion.
 
 mod along;
 mod correlation;
@@ -26,7 +26,7 @@ use tally::{Class, Tally, richest};
 
 /// A gap of less than this share of the noise, squares taken, has no place.
 const NOTHING: f64 = 0.05;
-/// Most residuals that are looked at in a record.
+/// Bins of an axis.
 pub(super) const BINS: usize = 12;
 
 /// An axis along which the gap was looked at.

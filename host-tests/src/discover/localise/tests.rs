@@ -70,7 +70,7 @@ fn noise_alone_has_no_place() {
 fn the_last_part_of_the_records() {
     let late = |t: f64, _, _| if t >= 3.0 { sign(t) } else { 0.0 };
     let places = found(&residuals(late), &[]);
-    first(
+    lies(
         &places,
         "time",
         0.99..=1.0,

@@ -109,7 +109,7 @@ fn powers(signal: &[f64], windowed: bool) -> Option<Vec<f64>> {
     let mut lines = transform.make_output_vec();
     transform.process(&mut values, &mut lines).ok()?;
     let squared = (count as f64).powi(2);
-    let nyquist = (count % 2 == 0).then_some(count / 2);
+    let nyquist = count.is_multiple_of(2).then_some(count / 2);
     Some(
         lines
             .iter()

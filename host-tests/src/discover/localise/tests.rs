@@ -82,7 +82,7 @@ fn the_last_part_of_the_records() {
 fn sign(t: f64) -> f64 {
     let k = (t / H).round() as u64;
     let mixed = k.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 40;
-    if mixed % 2 == 0 { 0.2 } else { -0.2 }
+    if mixed.is_multiple_of(2) { 0.2 } else { -0.2 }
 }
 
 #[test]

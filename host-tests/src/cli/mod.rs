@@ -1,6 +1,7 @@
 //! The subcommands: arguments in, files and a short summary out.
 
 mod compensate;
+mod diagnose;
 mod experiment;
 mod hide;
 mod identify;
@@ -30,6 +31,7 @@ struct Arguments {
 const EXAMPLES: &str = "\
 Examples:
   hysteron identify measured/ --out out/stage
+  hysteron diagnose measured/ --out out/found
   hysteron compensate --model out/stage/model.toml --reference scan.csv --out drive.csv
   hysteron simulate --model p753 --input drive.csv --out displacement.csv
   hysteron experiment j --out out/j
@@ -44,6 +46,8 @@ Exit codes: 0 done, 2 bad input or a file that cannot be read or written, 130 in
 enum Command {
     /// Fit a model to a data set: model.toml, identification.json, report.html.
     Identify(identify::Arguments),
+    /// Find what a model misses of a data set and add it: report.html, model.toml, diagnosis.json.
+    Diagnose(diagnose::Arguments),
     /// Displacement of a modelled stage for a drive.
     Simulate(simulate::Arguments),
     /// Drive that makes a modelled stage follow a reference.
@@ -65,6 +69,7 @@ pub fn run() -> Result<(), Error> {
     match arguments.command {
         None => experiment::demonstrate(&PathBuf::from("out/demo")),
         Some(Command::Identify(arguments)) => identify::run(&arguments),
+        Some(Command::Diagnose(arguments)) => diagnose::run(&arguments),
         Some(Command::Simulate(arguments)) => simulate::run(&arguments),
         Some(Command::Compensate(arguments)) => compensate::run(&arguments),
         Some(Command::Experiment(arguments)) => experiment::run(&arguments),

@@ -2,9 +2,15 @@
 
 pub mod baseline;
 mod diagnosis;
+pub mod localise;
+mod next_record;
+mod page;
 pub mod search;
+mod words;
 mod workflow;
 
 pub use baseline::Baseline;
 pub use diagnosis::{Ablation, Diagnosis, FoundEffect, RecordResiduals, Residuals, Roles, Verdict};
+pub use next_record::next_record;
+pub use page::page;
 pub use workflow::{Options, diagnose};

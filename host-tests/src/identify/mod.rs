@@ -13,7 +13,7 @@
 //! The records with the role `report` are scored once, at the end.
 
 pub mod catalogue;
-mod cycles;
+pub mod cycles;
 mod fit;
 pub mod joint;
 mod map;
@@ -25,7 +25,7 @@ mod reduce;
 pub mod run;
 pub mod score;
 mod search;
-mod spectrum;
+pub mod spectrum;
 pub mod start;
 
 pub use catalogue::Effect;

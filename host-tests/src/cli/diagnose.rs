@@ -1,0 +1,133 @@
+//! `hysteron diagnose`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use hysteron_host::dataset::Dataset;
+use hysteron_host::discover::{
+    Baseline, Diagnosis, Options, diagnose, localise, next_record, page,
+};
+use hysteron_host::error::Error;
+use hysteron_host::identify::Effect;
+use hysteron_host::output::OutputFolder;
+use hysteron_host::report::format_number;
+
+use super::progress;
+
+/// Find what a baseline model misses of a data set: name the missing effect, add it, show the gap
+/// shrink.
+///
+/// Writes report.html (evidence and plots), model.toml (the extended model) and diagnosis.json, all
+/// or none. docs/discovery.md has the method and every key.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    /// A folder with a dataset.toml, or one CSV file with time, drive and displacement.
+    data: PathBuf,
+    /// The folder to write to.
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// What the data are held against: rdpi (plays with a rate term) or pi (plays alone).
+    #[arg(long, value_name = "rdpi|pi|MODEL.toml", default_value = "rdpi", value_parser = baseline)]
+    baseline: Baseline,
+    /// Effects that may not be named, as a list with commas.
+    #[arg(long, value_name = "EFFECT,...", value_delimiter = ',', value_parser = effect)]
+    without: Vec<Effect>,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  hysteron diagnose measured/ --out out/found
+  hysteron diagnose measured/ --baseline pi --out out/found
+  hysteron diagnose out/creep/data --without creep --out out/unknown";
+
+fn baseline(text: &str) -> Result<Baseline, Error> {
+    match text {
+        "rdpi" => Ok(Baseline::RateDependent),
+        "pi" => Ok(Baseline::RateIndependent),
+        _ if text.ends_with(".toml") => Err(Error::request(
+            "a model of your own cannot be the baseline; name rdpi or pi",
+        )),
+        _ => Err(Error::request("no such baseline; name rdpi or pi")),
+    }
+}
+
+fn effect(text: &str) -> Result<Effect, Error> {
+    Effect::named(text).ok_or_else(|| {
+        let names: Vec<&str> = Effect::ALL.iter().map(|effect| effect.name()).collect();
+        Error::request(format!("no such effect; there are {}", names.join(", ")))
+    })
+}
+
+/// Diagnoses, writes the folder, prints the figures.
+pub fn run(arguments: &Arguments) -> Result<(), Error> {
+    let dataset = Dataset::load(&arguments.data)?;
+    let allowed = |effect: &Effect| !arguments.without.contains(effect);
+    let options = Options {
+        baseline: arguments.baseline.clone(),
+        library: Effect::ALL.into_iter().filter(allowed).collect(),
+    };
+    let steps = progress::steps("diagnosing");
+    let mut found = diagnose(&dataset, &options, &|step| {
+        steps.set_message(step.to_owned())
+    })?;
+    steps.set_message("weighing the next record");
+    found.next_record = next_record(&found, &dataset);
+    steps.set_message("writing the report");
+    let places = localise::localise(&found);
+    let json = found.to_json(&localise::to_json(&places));
+    let html = page(&found, &places).to_html();
+    steps.finish_and_clear();
+
+    let mut folder = OutputFolder::create(&arguments.out)?;
+    folder.add("model.toml", found.model.to_toml_string())?;
+    folder.add("diagnosis.json", format!("{json:#}\n"))?;
+    folder.add("report.html", html)?;
+    folder.commit()?;
+    print_summary(&found, &places);
+    println!(
+        "written to {}: report.html, model.toml, diagnosis.json",
+        arguments.out.display()
+    );
+    Ok(())
+}
+
+fn print_summary(found: &Diagnosis, places: &[localise::Place]) {
+    let unit = found.unit.symbol();
+    let shown = |um: Option<f64>| match um {
+        Some(um) => format_number(found.unit.from_um(um)),
+        None => "-".to_owned(),
+    };
+    println!("{}", found.sentence());
+    println!(
+        "{:<26} {:>10} {:>10} {:>10}",
+        format!("rms residual ({unit})"),
+        "fit",
+        "select",
+        "report"
+    );
+    for (what, roles) in [
+        ("baseline", &found.baseline),
+        ("extended model", &found.extended),
+    ] {
+        println!(
+            "{what:<26} {:>10} {:>10} {:>10}",
+            shown(roles.fit),
+            shown(roles.select),
+            shown(roles.report)
+        );
+    }
+    println!(
+        "{:<26} {:>10}  {}",
+        "noise floor",
+        shown(Some(found.noise.0)),
+        found.noise.1.describe()
+    );
+    if let Some(place) = places.first() {
+        println!("where: {}", place.summary);
+    }
+    if let Some(next) = &found.next_record {
+        println!("next record: {next}");
+    }
+}

@@ -15,7 +15,7 @@ use super::super::references::{Grid, sine};
 use super::super::refused;
 
 /// Seed that draws the stage and its effect.
-pub const SEED: u64 = 6;
+pub const SEED: u64 = 11;
 /// Size of the effect and of the noise, percent of the stroke.
 const STRENGTH: f64 = 1.5;
 const NOISE: f64 = 0.05;

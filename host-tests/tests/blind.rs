@@ -188,6 +188,7 @@ fn rates_come_with_wilsons_interval() {
 
 /// From hiding to JSON and page, on records without fast drives, which are short.
 #[test]
+#[ignore = "minutes in the dev profile"]
 fn a_small_run_is_scored_and_shown() {
     let plan = Plan {
         cases: 4,
@@ -226,6 +227,7 @@ fn a_small_run_is_scored_and_shown() {
 
 /// The truth is the hidden stage's own, which the diagnosis does not see.
 #[test]
+#[ignore = "a minute in the dev profile"]
 fn demonstration_names_the_hidden_effect_and_tracks_better() {
     let shown = demo::discover(demo::SEED, &|_| {}).unwrap();
     let [before, after] = shown.rms_um;

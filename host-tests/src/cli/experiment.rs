@@ -196,8 +196,13 @@ pub fn demonstrate(out: &Path) -> Result<(), Error> {
         steps.set_message(format!("identifying: {step}"));
     })?;
     steps.set_message("driving the stage");
-    let shown = demo::drive(found)?;
+    let mut shown = demo::drive(found)?;
+    let discovery = demo::discover(demo::SEED, &|step| {
+        steps.set_message(format!("an effect is hidden: {step}"));
+    })?;
     steps.finish_and_clear();
+    let lines = discovery.summary();
+    shown.discovery = Some(discovery);
 
     folder.add("model.toml", shown.found.model.to_toml_string())?;
     folder.add(
@@ -213,6 +218,9 @@ pub fn demonstrate(out: &Path) -> Result<(), Error> {
     for tracking in &shown.tracking {
         let [without, with] = tracking.largest_um;
         println!("{:<28} {without:>14.2} {with:>12.2}", tracking.name);
+    }
+    for line in lines {
+        println!("{line}");
     }
     println!(
         "open {} (beside it: model.toml, identification.json, demo.json, data/)",

@@ -51,7 +51,8 @@ Examples:
   hysteron hide --effect random,2 --seed 4 --tier 3 --strength 0.5 --noise 0.05 --out out/two
   hysteron hide --effect none --seed 5 --protocol sines --out out/none";
 
-fn tier(text: &str) -> Result<Tier, Error> {
+/// A tier by its number.
+pub fn tier(text: &str) -> Result<Tier, Error> {
     let number: u8 = text
         .parse()
         .map_err(|_| Error::request(format!("\"{text}\" is no tier; name 1 to 4")))?;

@@ -1,5 +1,6 @@
 //! The subcommands: arguments in, files and a short summary out.
 
+mod blind;
 mod compensate;
 mod diagnose;
 mod experiment;
@@ -38,6 +39,7 @@ Examples:
   hysteron experiment m --out out/m
   hysteron link --port /dev/ttyUSB0 record --out measured --excitation sine --amplitude 5
   hysteron hide --effect random --seed 3 --out out/hidden
+  hysteron blind --cases 40 --tier 2 --out out/blind
   hysteron pil --out out/pil
 
 Exit codes: 0 done, 2 bad input or a file that cannot be read or written, 130 interrupted.";
@@ -58,6 +60,8 @@ enum Command {
     Link(link::Arguments),
     /// Hide an effect in simulated data, for a diagnosis to find.
     Hide(hide::Arguments),
+    /// Hide and diagnose in bulk, hold the answers against the truth: blind.json and a page.
+    Blind(blind::Arguments),
     /// Run the firmware in an emulator: pil.json and a page.
     Pil(pil::Arguments),
 }
@@ -75,6 +79,7 @@ pub fn run() -> Result<(), Error> {
         Some(Command::Experiment(arguments)) => experiment::run(&arguments),
         Some(Command::Link(arguments)) => link::run(&arguments),
         Some(Command::Hide(arguments)) => hide::run(&arguments),
+        Some(Command::Blind(arguments)) => blind::run(&arguments),
         Some(Command::Pil(arguments)) => pil::run(&arguments),
     }
 }

@@ -1,6 +1,7 @@
 //! Discovery: where simulation and measurement disagree, which effect is missing, what adding it does.
 
 pub mod baseline;
+pub mod blind;
 mod diagnosis;
 pub mod localise;
 mod next_record;

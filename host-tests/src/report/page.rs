@@ -40,6 +40,15 @@ pub enum Cell {
     Number(f64),
     /// Shown as it is.
     Text(String),
+    /// A count shaded by its share, 0 to 1, in the colour of a tone; nothing for a count of zero.
+    Shaded {
+        /// The count.
+        count: usize,
+        /// How dark.
+        share: f64,
+        /// Which colour.
+        tone: Tone,
+    },
 }
 
 impl From<f64> for Cell {
@@ -71,6 +80,8 @@ impl Cell {
         match self {
             Self::Number(value) => format_number(*value),
             Self::Text(text) => text.clone(),
+            Self::Shaded { count: 0, .. } => String::new(),
+            Self::Shaded { count, .. } => count.to_string(),
         }
     }
 
@@ -82,11 +93,24 @@ impl Cell {
                 if plain.len() <= 20 { plain } else { scientific }
             }
             Self::Text(text) => text.clone(),
+            Self::Shaded { count, .. } => count.to_string(),
         }
     }
 
     fn is_number(&self) -> bool {
-        matches!(self, Self::Number(_))
+        matches!(self, Self::Number(_) | Self::Shaded { .. })
+    }
+
+    /// Class and background of a shaded cell; pale enough at any share for the text on it.
+    fn shade(&self) -> Option<(&'static str, String)> {
+        match *self {
+            Self::Shaded { count, share, tone } if count > 0 => {
+                let percent = (10.0 + 40.0 * share.clamp(0.0, 1.0)).round();
+                let mixed = format!("color-mix(in srgb, var(--tone) {percent}%, transparent)");
+                Some((tone.marks().0, format!("background: {mixed}")))
+            }
+            _ => None,
+        }
     }
 }
 
@@ -350,7 +374,9 @@ fn table(headers: &[String], rows: &[Vec<Cell>]) -> Markup {
                     @for row in rows {
                         tr {
                             @for (column, cell) in row.iter().enumerate() {
-                                td.number[numeric(column)]
+                                @let (tone, style) = cell.shade().unzip();
+                                td.number[numeric(column)].(tone.unwrap_or_default())[tone.is_some()]
+                                    style=[style]
                                     data-value=[cell.is_number().then(|| cell.exact())] {
                                     (cell.shown())
                                 }

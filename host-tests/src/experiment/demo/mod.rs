@@ -4,7 +4,10 @@
 //! travel. It is measured in one session: each record starts in the state that the one before left
 //! behind, as in a laboratory. Recorded is the voltage at the actuator, behind converter and
 //! amplifier.
+//!
+//! In the end an effect is hidden in a stage of [`crate::plant::hidden`], found, named and added.
 
+mod discovery;
 mod page;
 
 use serde_json::{Value, json};
@@ -19,6 +22,8 @@ use crate::stage;
 
 use super::references::{Grid, Reference, major_minor, multisine, raster, sine, triangle};
 use super::refused;
+
+pub use discovery::{Discovery, SEED, discover};
 
 /// Time between samples in s.
 const SAMPLE_TIME_S: f64 = 1e-4;
@@ -164,6 +169,8 @@ pub struct Demonstration {
     pub line: (f64, f64),
     /// How the stage follows each reference.
     pub tracking: Vec<Tracking>,
+    /// An effect hidden in another stage and looked for, where that was done.
+    pub discovery: Option<Discovery>,
 }
 
 /// Drives the stage along a raster and a sine, by the identified model and by a straight line.
@@ -195,6 +202,7 @@ pub fn drive(found: Identification) -> Result<Demonstration, Error> {
         found,
         line,
         tracking,
+        discovery: None,
     })
 }
 
@@ -281,6 +289,7 @@ impl Demonstration {
             },
             "straight_line": { "slope_um_per_v": self.line.0, "zero_um": self.line.1 },
             "references": references,
+            "discovery": self.discovery.as_ref().map(Discovery::to_json),
         })
     }
 

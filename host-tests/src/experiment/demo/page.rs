@@ -57,6 +57,9 @@ pub fn page(demonstration: &Demonstration) -> Page {
             }),
         );
     });
+    if let Some(discovery) = &demonstration.discovery {
+        discovery.show(&mut page);
+    }
     page.section("What to do with your own stage", |section| {
         section.list([
             "Record drive voltage and displacement as CSV and list the files in a dataset.toml, as \
@@ -131,6 +134,7 @@ fn figures(demonstration: &Demonstration) -> Vec<KeyFigure> {
             figures.push(KeyFigure::new(key, what, Cell::Number(um), "um"));
         }
     }
+    figures.extend(demonstration.discovery.iter().flat_map(|one| one.figures()));
     figures
 }
 

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use crate::dataset::Role;
 use crate::error::Error;
 use crate::identify::catalogue::Effect;
-use crate::identify::joint::{Between, Joint, JointFit, Terms};
+use crate::identify::joint::{Joint, JointFit, Terms};
 use crate::identify::run::{Run, Runs};
 use crate::identify::score;
 use crate::identify::start::Start;
@@ -28,14 +28,6 @@ pub enum Baseline {
 const FEW: usize = 6;
 /// How much closer thresholds lie to each other near zero: the power of an even spread.
 const CROWDING: f64 = 1.3;
-
-/// The saturated baseline, and how the drive is taken between samples.
-pub struct Saturated {
-    /// The fitted hysteresis.
-    pub joint: Joint,
-    /// Between samples.
-    pub between: Between,
-}
 
 /// Share of the drive's range below which a record rests.
 const RESTING: f64 = 0.02;
@@ -59,28 +51,24 @@ pub fn saturate(
     runs: &mut Runs,
     baseline: &Baseline,
     histories: Histories,
-) -> Result<Saturated, Error> {
+) -> Result<Joint, Error> {
     let terms = terms(runs, baseline);
-    let between = Between::Lines;
     for plays in [FEW, 2 * FEW] {
         let joint = {
-            let fit = JointFit::new(runs, between);
+            let fit = JointFit::new(runs);
             fitted(&fit, crowded(&fit, plays), terms.clone())?
         };
-        choose_starts(runs, between, &joint, histories)?;
+        choose_starts(runs, &joint, histories)?;
     }
     let mut best = {
-        let fit = JointFit::new(runs, between);
+        let fit = JointFit::new(runs);
         fitted(&fit, crowded(&fit, PLAYS.1), terms)?
     };
-    choose_starts(runs, between, &best, histories)?;
-    let fit = JointFit::new(runs, between);
+    choose_starts(runs, &best, histories)?;
+    let fit = JointFit::new(runs);
     best.rms = fit.rms(&best.core, &best.terms, Role::Fit)?;
     fit.settle(&mut best)?;
-    Ok(Saturated {
-        joint: best,
-        between,
-    })
+    Ok(best)
 }
 
 fn terms(runs: &Runs, baseline: &Baseline) -> Terms {
@@ -125,12 +113,7 @@ pub fn judged(fit: &JointFit<'_>, joint: &Joint) -> Result<f64, Error> {
 ///
 /// # Errors
 /// Numbers that the core refuses.
-pub fn choose_starts(
-    runs: &mut Runs,
-    between: Between,
-    joint: &Joint,
-    histories: Histories,
-) -> Result<(), Error> {
+pub fn choose_starts(runs: &mut Runs, joint: &Joint, histories: Histories) -> Result<(), Error> {
     let range = runs.drive_range;
     let known = match histories {
         Histories::Session => RESTING,
@@ -150,14 +133,14 @@ pub fn choose_starts(
     }
     let mut menu = vec![Start::Carried];
     menu.extend(Start::menu(runs.drive_range));
-    let predicted = JointFit::new(runs, between).predicted(&joint.core, &joint.terms)?;
+    let predicted = JointFit::new(runs).predicted(&joint.core, &joint.terms)?;
     let shared = score::offsets(runs, &predicted);
     let tried: Vec<(Start, Vec<Vec<f64>>)> = menu
         .par_iter()
         .map(|&start| {
             let mut other = runs.clone();
             other.runs.iter_mut().for_each(|run| run.start = start);
-            let fit = JointFit::new(&other, between);
+            let fit = JointFit::new(&other);
             Ok((start, fit.predicted(&joint.core, &joint.terms)?))
         })
         .collect::<Result<_, Error>>()?;

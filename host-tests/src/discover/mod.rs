@@ -1,12 +1,12 @@
 //! Discovery: where simulation and measurement disagree, which effect is missing, what adding it does.
 
-pub mod baseline;
+mod baseline;
 pub mod blind;
 mod diagnosis;
 pub mod localise;
 mod next_record;
 mod page;
-pub mod search;
+mod search;
 mod words;
 mod workflow;
 

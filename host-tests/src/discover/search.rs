@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use crate::dataset::Role;
 use crate::error::Error;
 use crate::identify::catalogue::Effect;
-use crate::identify::joint::{Between, Joint, JointFit, Terms};
+use crate::identify::joint::{Joint, JointFit, Terms};
 use crate::identify::run::Runs;
 
 use super::baseline::{Histories, choose_starts, crowded, judged};
@@ -67,13 +67,11 @@ impl Candidate {
     }
 }
 
-/// The data of a search: runs with their histories, and how the drive moves between samples.
+/// The data of a search: runs with their histories.
 #[derive(Clone)]
 pub struct Ground {
     /// The runs.
     pub runs: Runs,
-    /// Between samples.
-    pub between: Between,
     /// How histories are chosen.
     pub histories: Histories,
 }
@@ -81,7 +79,7 @@ pub struct Ground {
 impl Ground {
     /// Fits on this ground.
     pub fn fit(&self) -> JointFit<'_> {
-        JointFit::new(&self.runs, self.between)
+        JointFit::new(&self.runs)
     }
 
     /// The same with the histories that a model explains best.
@@ -90,7 +88,7 @@ impl Ground {
     /// Numbers that the core refuses.
     pub fn seen_by(&self, joint: &Joint) -> Result<Self, Error> {
         let mut other = self.clone();
-        choose_starts(&mut other.runs, self.between, joint, self.histories)?;
+        choose_starts(&mut other.runs, joint, self.histories)?;
         Ok(other)
     }
 

@@ -74,14 +74,10 @@ fn grounds(runs: &Runs, baseline: &Baseline) -> Result<Vec<(Ground, Candidate)>,
     let mut grounds = Vec::new();
     for histories in [Histories::Session, Histories::Each] {
         let mut runs = runs.clone();
-        let saturated = saturate(&mut runs, baseline, histories)?;
-        let ground = Ground {
-            runs,
-            between: saturated.between,
-            histories,
-        };
+        let joint = saturate(&mut runs, baseline, histories)?;
+        let ground = Ground { runs, histories };
         let fit = ground.fit();
-        let mut base = Candidate::new(&fit, saturated.joint, Vec::new())?;
+        let mut base = Candidate::new(&fit, joint, Vec::new())?;
         base.sharpen(&fit)?;
         drop(fit);
         grounds.push((ground, base));

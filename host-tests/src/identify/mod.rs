@@ -13,20 +13,20 @@
 //! The records with the role `report` are scored once, at the end.
 
 pub mod catalogue;
-pub mod cycles;
+pub(crate) mod cycles;
 mod fit;
-pub mod joint;
+pub(crate) mod joint;
 mod map;
-pub mod noise;
+pub(crate) mod noise;
 mod outcome;
 mod page;
 mod plays;
 mod reduce;
-pub mod run;
-pub mod score;
+pub(crate) mod run;
+pub(crate) mod score;
 mod search;
-pub mod spectrum;
-pub mod start;
+pub(crate) mod spectrum;
+pub(crate) mod start;
 
 pub use catalogue::Effect;
 pub use fit::Thresholds;

@@ -12,7 +12,7 @@ use crate::model_file::ModelFile;
 use super::catalogue::Effect;
 use super::cycles::{range, turning_points};
 use super::fit::{Fit, Fitted, Thresholds};
-use super::joint::{Between, JointFit, Terms};
+use super::joint::{JointFit, Terms};
 use super::map::Map;
 use super::noise;
 use super::outcome::{Findings, Identification, model_file};
@@ -194,7 +194,7 @@ fn with_effects(
     let beta_visible = runs.frequency_span >= DECADE;
     progress("hysteresis and effects together");
     runs.give_back();
-    let fit = JointFit::new(&runs, Between::Lines);
+    let fit = JointFit::new(&runs);
     let thresholds = fit.even_thresholds(options.plays.unwrap_or(PLAYS_WITH_EFFECTS));
     let mut effects = options.effects.clone();
     effects.sort();

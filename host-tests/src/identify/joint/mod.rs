@@ -10,9 +10,8 @@ mod simulate;
 mod solve;
 mod terms;
 
-pub use frame::Between;
 pub use simulate::Core;
-pub use terms::{Term, Terms};
+pub use terms::Terms;
 
 use ndarray::Array2;
 
@@ -78,10 +77,10 @@ pub struct JointFit<'a> {
 
 impl<'a> JointFit<'a> {
     /// Fits to the runs.
-    pub fn new(runs: &'a Runs, between: Between) -> Self {
+    pub fn new(runs: &'a Runs) -> Self {
         Self {
             runs,
-            frames: Frame::all(runs, between, ROWS),
+            frames: Frame::all(runs, ROWS),
             seen: Seen::new(runs),
         }
     }
@@ -307,17 +306,17 @@ impl<'a> JointFit<'a> {
             .map(|frame| {
                 let h = frame.run.sample_time_s;
                 let blocks = Blocks::new(&joint.terms.stages(&self.seen, 1.0), h)?;
-                let fine = simulate::at_actuator(&blocks, frame);
+                let drive = simulate::at_actuator(&blocks, frame);
                 if frame.rows.is_empty() {
                     let core = &joint.core;
-                    let w = simulate::hysteresis(core, &blocks, frame, &fine, &mut plays);
+                    let w = simulate::hysteresis(core, &blocks, frame, &drive, &mut plays);
                     return Ok(Response::empty(frame, w));
                 }
                 let (w, mut columns) = simulate::hysteresis_and_columns(
                     &joint.core,
                     &blocks,
                     frame,
-                    &fine,
+                    &drive,
                     &mut plays,
                 );
                 let y = simulate::behind(&blocks, frame, w.clone(), &mut columns);
@@ -358,8 +357,8 @@ impl<'a> JointFit<'a> {
                 let w = if behind {
                     run.w.clone()
                 } else {
-                    let fine = simulate::at_actuator(&blocks, run.frame);
-                    simulate::hysteresis(&core, &blocks, run.frame, &fine, &mut plays)
+                    let drive = simulate::at_actuator(&blocks, run.frame);
+                    simulate::hysteresis(&core, &blocks, run.frame, &drive, &mut plays)
                 };
                 let y = simulate::behind(&blocks, run.frame, w, &mut Columns::default());
                 Ok(y.iter()
@@ -434,8 +433,8 @@ impl<'a> JointFit<'a> {
             .iter()
             .map(|frame| {
                 let blocks = Blocks::new(&stages, frame.run.sample_time_s)?;
-                let fine = simulate::at_actuator(&blocks, frame);
-                let w = simulate::hysteresis(core, &blocks, frame, &fine, &mut plays);
+                let drive = simulate::at_actuator(&blocks, frame);
+                let w = simulate::hysteresis(core, &blocks, frame, &drive, &mut plays);
                 Ok(simulate::behind(&blocks, frame, w, &mut Columns::default()))
             })
             .collect()

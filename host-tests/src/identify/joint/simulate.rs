@@ -30,7 +30,7 @@ pub struct Columns {
     pub width: usize,
 }
 
-/// The drive as it reaches the actuator, on the fine grid.
+/// The drive as it reaches the actuator.
 pub fn at_actuator(blocks: &Blocks, frame: &Frame<'_>) -> Vec<f64> {
     let effects = &blocks.effects;
     let mut drive = frame.run.drive.clone();
@@ -46,7 +46,7 @@ pub fn at_actuator(blocks: &Blocks, frame: &Frame<'_>) -> Vec<f64> {
     if let Some(delay) = &effects.transport_delay {
         through(&mut drive, |u| delay.start(u), |s, u| delay.step(s, u));
     }
-    frame.fine(drive)
+    drive
 }
 
 /// Plays that are moved together.
@@ -115,17 +115,17 @@ impl Bank {
     }
 }
 
-/// Walks the plays along the fine drive and hands out drive and plays at every sample. `plays` are
+/// Walks the plays along a drive and hands out drive and plays at every sample. `plays` are
 /// those at the end of the run before, and become those at the end of this one.
 fn walk(
     core: &Core,
     blocks: &Blocks,
     frame: &Frame<'_>,
-    fine: &[f64],
+    drive: &[f64],
     plays: &mut Vec<f64>,
     mut each: impl FnMut(f64, &Bank),
 ) {
-    let Some(&first) = fine.first() else {
+    let Some(&first) = drive.first() else {
         return;
     };
     let start = frame.run.start;
@@ -135,25 +135,23 @@ fn walk(
     } else {
         bank.set(core.thresholds.iter().map(|&r| start.play(first, r).0));
     }
-    let per_step = frame.steps as f64 / frame.run.sample_time_s;
+    let per_step = 1.0 / frame.run.sample_time_s;
     let law = |rate: f64| match &blocks.effects.rate_law {
         _ if core.beta == 0.0 => 0.0,
         Some(power) => core.beta * power.step(rate),
         None => core.beta * rate,
     };
-    let mut before = frame.before(fine);
+    let mut before = frame.before(drive);
     let rounds = if start == Start::Periodic { 2 } else { 1 };
     for round in 1..=rounds {
-        let mut next_sample = 0;
-        for (i, &u) in fine.iter().enumerate() {
+        for &u in drive {
             let half_width = law((u - before).abs() * per_step);
             before = u;
             bank.step(Envelope {
                 lo: u - half_width,
                 hi: u + half_width,
             });
-            if round == rounds && i == next_sample {
-                next_sample += frame.steps;
+            if round == rounds {
                 each(u, &bank);
             }
         }
@@ -167,12 +165,12 @@ pub fn hysteresis(
     core: &Core,
     blocks: &Blocks,
     frame: &Frame<'_>,
-    fine: &[f64],
+    drive: &[f64],
     plays: &mut Vec<f64>,
 ) -> Vec<f64> {
     let direct = core.direct();
     let mut w = Vec::with_capacity(frame.run.drive.len());
-    walk(core, blocks, frame, fine, plays, |u, bank| {
+    walk(core, blocks, frame, drive, plays, |u, bank| {
         w.push(match &blocks.effects.congruency {
             Some(law) => law.step(direct * u, bank.sum()),
             None => direct * u + bank.sum(),
@@ -186,7 +184,7 @@ pub fn hysteresis_and_columns(
     core: &Core,
     blocks: &Blocks,
     frame: &Frame<'_>,
-    fine: &[f64],
+    drive: &[f64],
     plays: &mut Vec<f64>,
 ) -> (Vec<f64>, Columns) {
     let direct = core.direct();
@@ -194,7 +192,7 @@ pub fn hysteresis_and_columns(
     let width = core.thresholds.len() + 1;
     let mut w = Vec::with_capacity(samples);
     let mut entries = Vec::with_capacity(samples * width);
-    walk(core, blocks, frame, fine, plays, |u, bank| {
+    walk(core, blocks, frame, drive, plays, |u, bank| {
         let (direct, plays) = (direct * u, bank.sum());
         let (mut by_direct, mut by_plays) = (1.0, 1.0);
         w.push(match &blocks.effects.congruency {

@@ -418,7 +418,7 @@ fn text_and_series_stand_out_from_the_paper() {
         .flat_map(|name| html.split(*name).skip(1))
         .map(|rest| &rest[2..8])
         .collect();
-    assert_eq!(colours.len(), 2 + 3 + 6);
+    assert_eq!(colours.len(), 2 + 3 + 7);
     for colour in colours {
         assert!(contrast_with_white(colour) >= 4.5, "#{colour}");
     }

@@ -77,11 +77,20 @@ fn repeats(drive: &[f64], displacement: &[f64]) -> Option<f64> {
         if largest > 0.002 * span {
             continue;
         }
-        let differences: Vec<f64> = (cycle[1]..cycle[2])
-            .map(|k| displacement[k] - displacement[k - first])
-            .collect();
-        squares += differences.iter().map(|d| 0.5 * d * d).sum::<f64>();
-        count += differences.len();
+        // A period that is no whole number of samples moves the drive a little from cycle to cycle, and
+        // the displacement with it.
+        let moved = |k: usize| drive[k] - drive[k - first];
+        let differs = |k: usize| displacement[k] - displacement[k - first];
+        let (mut along, mut size) = (0.0, 0.0);
+        for k in cycle[1]..cycle[2] {
+            along += moved(k) * differs(k);
+            size += moved(k) * moved(k);
+        }
+        let slope = if size > 0.0 { along / size } else { 0.0 };
+        squares += (cycle[1]..cycle[2])
+            .map(|k| 0.5 * (differs(k) - slope * moved(k)).powi(2))
+            .sum::<f64>();
+        count += second;
     }
     (count >= 16).then(|| (squares / count as f64).sqrt())
 }

@@ -212,8 +212,8 @@ impl Discovery {
     pub(super) fn show(&self, page: &mut Page) {
         page.section("An effect is hidden, found, named, added", |section| {
             section.paragraph(format!(
-                "In another stage, drawn by seed {}, an effect was hidden at random: {}. The diagnosis, \
-                 which sees the records alone, named: {}. The baseline is hysteresis with its rate \
+                "In another stage an effect was hidden, drawn by seed {}, which was chosen for an effect that \
+                 can be compensated: {}. The diagnosis, which sees the records alone, named: {}. The baseline is hysteresis with its rate \
                  term; the extended model has what was named besides.",
                 self.truth.seed,
                 self.truth.effects.join(", "),

@@ -188,10 +188,9 @@ fn rates_come_with_wilsons_interval() {
 
 /// From hiding to JSON and page, on records without fast drives, which are short.
 #[test]
-#[ignore = "minutes in the dev profile"]
 fn a_small_run_is_scored_and_shown() {
     let plan = Plan {
-        cases: 4,
+        cases: 2,
         seed: 11,
         noise: Range {
             low: 0.05,
@@ -206,18 +205,18 @@ fn a_small_run_is_scored_and_shown() {
         done.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
     };
     let found = run(&plan, &tell).unwrap();
-    assert_eq!(done.into_inner(), 4);
+    assert_eq!(done.into_inner(), 2);
     let hidden: Vec<String> = found.outcomes.iter().map(Outcome::hidden).collect();
-    assert_eq!(hidden, ["saturation", "none", "slew-limit", "none"]);
+    assert_eq!(hidden, ["saturation", "none"]);
     let saturated = found.outcomes[0].answer.as_ref().unwrap();
     assert!(saturated.seconds > 0.0);
     assert!((saturated.noise_ratio - 1.0).abs() < 0.2);
-    assert_eq!(found.scores.false_names.of, 2);
+    assert_eq!(found.scores.false_names.of, 1);
 
     let json = found.to_json().unwrap();
     assert_eq!(json["cases"][0]["truth"][0], "saturation");
     assert_eq!(json["cases"][1]["seed"], 12);
-    assert_eq!(json["scores"]["false_names"]["of"], 2);
+    assert_eq!(json["scores"]["false_names"]["of"], 1);
     let html = found.page().to_html();
     for one in found.outcomes.iter().filter(|one| !one.solved()) {
         assert!(html.contains(&one.command()), "{}", one.command());
@@ -227,7 +226,6 @@ fn a_small_run_is_scored_and_shown() {
 
 /// The truth is the hidden stage's own, which the diagnosis does not see.
 #[test]
-#[ignore = "a minute in the dev profile"]
 fn demonstration_names_the_hidden_effect_and_tracks_better() {
     let shown = demo::discover(demo::SEED, &|_| {}).unwrap();
     let [before, after] = shown.rms_um;

@@ -222,8 +222,8 @@ impl Search {
                 .to_owned(),
             "Records at rest have an offset of their own.".to_owned(),
             format!(
-                "An effect is added where it lowers the mean square on the select records by more than \
-                 {BAR} noise squared and by {:.0} % of the excess.",
+                "An effect is added where it lowers the mean square on the select records by more than the \
+                 square of {BAR} times the noise and by {:.0} % of the squared excess.",
                 100.0 * WORTH
             ),
         ]

@@ -12,6 +12,7 @@ use hysteron_host::experiment::j::{self, Plant};
 use hysteron_host::experiment::m;
 use hysteron_host::identify::{Options, identify};
 use hysteron_host::output::OutputFolder;
+use hysteron_host::plant::hidden::Protocol;
 use hysteron_host::report::Page;
 use serde_json::Value;
 
@@ -197,7 +198,7 @@ pub fn demonstrate(out: &Path) -> Result<(), Error> {
     })?;
     steps.set_message("driving the stage");
     let mut shown = demo::drive(found)?;
-    let discovery = demo::discover(demo::SEED, &|step| {
+    let discovery = demo::discover(demo::SEED, Protocol::Full, &|step| {
         steps.set_message(format!("an effect is hidden: {step}"));
     })?;
     steps.finish_and_clear();

@@ -7,7 +7,7 @@ use crate::discover::{Diagnosis, Options, RecordResiduals, Residuals, diagnose};
 use crate::error::Error;
 use crate::metrics::rms_error;
 use crate::model_file::ModelFile;
-use crate::plant::hidden::{Choice, HiddenCase, HiddenPlant, Tier, Truth};
+use crate::plant::hidden::{Choice, HiddenCase, HiddenPlant, Protocol, Tier, Truth};
 use crate::report::{Axis, KeyFigure, Page, Plot, Series, Style};
 use crate::stage;
 
@@ -45,15 +45,20 @@ pub struct Discovery {
     pub frequency_hz: f64,
 }
 
-/// Hides an effect drawn by the seed in a stage of tier 2, diagnoses its records, and drives the stage
-/// by the model before and after.
+/// Hides an effect drawn by the seed in a stage of tier 2, diagnoses its records of the given protocol,
+/// and drives the stage by the model before and after.
 ///
 /// # Errors
 /// Those of [`diagnose`], and models that cannot be inverted.
-pub fn discover(seed: u64, progress: &(dyn Fn(&str) + Sync)) -> Result<Discovery, Error> {
+pub fn discover(
+    seed: u64,
+    protocol: Protocol,
+    progress: &(dyn Fn(&str) + Sync),
+) -> Result<Discovery, Error> {
     let case = HiddenCase {
         choice: Choice::Random(1),
         seed,
+        protocol,
         tier: Tier::Finer,
         strength: STRENGTH,
         noise_percent: NOISE,

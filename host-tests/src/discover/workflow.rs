@@ -322,7 +322,11 @@ impl Search {
             extended: roles(ground, found)?,
             bar_um: BAR * self.noise,
             screened: self.screened.clone(),
-            ablation: self.ablation.clone(),
+            ablation: if steps.is_empty() {
+                Vec::new()
+            } else {
+                self.ablation.clone()
+            },
             baseline_model: model(&self.ground, &self.base)?,
             model: model(ground, found)?,
             before: residuals(dataset, &self.ground, &self.base)?,

@@ -13,6 +13,7 @@ mod creep;
 mod cubic;
 mod drift;
 mod interleaving;
+mod lag;
 mod mains_hum;
 mod output_quadratic;
 mod quadratic;

@@ -2,7 +2,7 @@
 
 use crate::model_file::{self, Stage};
 
-use super::{Seen, Template, spread};
+use super::{Seen, Template, lag};
 
 /// See the [module](self).
 pub struct SensorLag;
@@ -13,21 +13,16 @@ impl Template for SensorLag {
     }
 
     fn starts(&self, seen: &Seen) -> Vec<Vec<f64>> {
-        spread(1.0, 0.01 * seen.duration_s / seen.sample_time_s, 3)
-            .map(|samples| vec![samples.max(1.0).ln()])
-            .collect()
+        lag::starts(seen)
     }
 
     fn bounds(&self, seen: &Seen, _numbers: &[f64]) -> Vec<(f64, f64)> {
-        let longest = 0.2 * seen.duration_s / seen.sample_time_s;
-        vec![(0.03f64.ln(), longest.max(1.0).ln())]
+        lag::bounds(seen)
     }
 
     fn stage(&self, numbers: &[f64], seen: &Seen, _gain: f64) -> Option<Stage> {
-        let &[x] = numbers else { return None };
-        Some(Stage::SensorLag(model_file::SensorLag {
-            tau_s: x.exp() * seen.sample_time_s,
-        }))
+        let tau_s = lag::tau_s(numbers, seen)?;
+        Some(Stage::SensorLag(model_file::SensorLag { tau_s }))
     }
 
     fn inverted(&self) -> bool {

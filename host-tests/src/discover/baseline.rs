@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use crate::dataset::Role;
 use crate::error::Error;
 use crate::identify::catalogue::Effect;
-use crate::identify::joint::{Joint, JointFit, Terms};
+use crate::identify::joint::{Joint, JointFit, SETTLED, Terms};
 use crate::identify::run::{Run, Runs};
 use crate::identify::score;
 use crate::identify::start::Start;
@@ -62,12 +62,12 @@ pub fn saturate(
     }
     let mut best = {
         let fit = JointFit::new(runs);
-        fitted(&fit, crowded(&fit, PLAYS.1), terms)?
+        fitted(&fit, crowded(&fit, PLAYS), terms)?
     };
     choose_starts(runs, &best, histories)?;
     let fit = JointFit::new(runs);
     best.rms = fit.rms(&best.core, &best.terms, Role::Fit)?;
-    fit.settle(&mut best)?;
+    fit.settle(&mut best, SETTLED.0)?;
     Ok(best)
 }
 
@@ -85,7 +85,7 @@ fn terms(runs: &Runs, baseline: &Baseline) -> Terms {
 
 fn fitted(fit: &JointFit<'_>, thresholds: Vec<f64>, terms: Terms) -> Result<Joint, Error> {
     let mut joint = fit.weights(thresholds, terms)?;
-    fit.settle(&mut joint)?;
+    fit.settle(&mut joint, SETTLED.1)?;
     Ok(joint)
 }
 

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use crate::dataset::Role;
 use crate::error::Error;
 use crate::identify::catalogue::Effect;
-use crate::identify::joint::{Joint, JointFit, Terms};
+use crate::identify::joint::{Joint, JointFit, Lead, SETTLED, Terms};
 use crate::identify::run::Runs;
 
 use super::baseline::{Histories, choose_starts, crowded, judged};
@@ -14,13 +14,17 @@ use super::baseline::{Histories, choose_starts, crowded, judged};
 const MODES: usize = 3;
 /// Starts of an effect that are followed to their end.
 const FOLLOWED: usize = 2;
-/// Plays beside which all effects are looked at, and plays beside which the best of them are.
-pub const PLAYS: (usize, usize) = (12, 28);
-/// Effects that are looked at more closely.
-const CLOSER: usize = 6;
+/// Plays beside which effects are looked at.
+pub const PLAYS: usize = 28;
+/// Effects that are fitted, and those that are fitted again to histories chosen by the best of them.
+const CLOSER: (usize, usize) = (6, 4);
+/// How often histories are chosen again at most.
+const ROUNDS: usize = 2;
 
 /// The best of those whose thresholds are sharpened, how often, and beside how many plays at most.
 const SHARPENED: usize = 4;
+/// How much more than the best a candidate may leave over for that.
+const HOPELESS: f64 = 2.0;
 const SHARPER: usize = 2;
 const MOST_PLAYS: usize = 48;
 
@@ -99,7 +103,7 @@ impl Ground {
     pub fn refit(&self, terms: &Terms, plays: usize, order: &[Effect]) -> Result<Candidate, Error> {
         let fit = self.fit();
         let mut joint = fit.weights(crowded(&fit, plays), terms.clone())?;
-        fit.settle(&mut joint)?;
+        fit.settle(&mut joint, SETTLED.1)?;
         Candidate::new(&fit, joint, order.to_vec())
     }
 }
@@ -125,27 +129,35 @@ pub fn possible(fit: &JointFit<'_>, terms: &Terms, allowed: &[Effect]) -> Vec<Ef
         .collect()
 }
 
-/// `base` with each of the `effects`, fitted anew, the best on the select records first.
+/// `base` with each of the effects that `leads` name, fitted anew, the best on the select records first.
 ///
 /// # Errors
 /// Numbers that the core refuses.
 pub fn expand(
     fit: &JointFit<'_>,
     base: &Candidate,
-    effects: &[Effect],
+    leads: &[Lead],
 ) -> Result<Vec<Candidate>, Error> {
-    let mut found: Vec<Candidate> = effects
+    let mut found: Vec<Candidate> = leads
         .par_iter()
-        .map(|&effect| {
-            let Some(joint) = fit.add(&base.joint, effect, FOLLOWED)? else {
+        .map(|lead| {
+            let starts = &lead.starts[..lead.starts.len().min(FOLLOWED)];
+            let Some(joint) = fit.add(&base.joint, lead.effect, starts)? else {
                 return Ok(None);
             };
             let mut order = base.order.clone();
-            order.push(effect);
+            order.push(lead.effect);
             Candidate::new(fit, joint, order).map(Some)
         })
         .filter_map(Result::transpose)
         .collect::<Result<_, Error>>()?;
+    sort(&mut found);
+    let near = found.first().map_or(0.0, |first| HOPELESS * first.select);
+    found
+        .par_iter_mut()
+        .take(SHARPENED)
+        .filter(|candidate| candidate.select <= near)
+        .try_for_each(|candidate| candidate.sharpen(fit))?;
     sort(&mut found);
     Ok(found)
 }
@@ -156,8 +168,8 @@ pub fn sort(candidates: &mut [Candidate]) {
     candidates.sort_by(|a, b| judged(a).total_cmp(&judged(b)));
 }
 
-/// One effect more: every possible one beside few plays, then the best of them beside many, each time
-/// on the histories that the best so far makes likely. The best first.
+/// One effect more: the most promising of the possible ones, fitted; where histories are chosen, once
+/// more on those that the best makes likely. The best first.
 ///
 /// # Errors
 /// Numbers that the core refuses.
@@ -167,43 +179,41 @@ pub fn one_more(
     allowed: &[Effect],
     looked_at: &(dyn Fn(&str) + Sync),
 ) -> Result<(Ground, Vec<Candidate>), Error> {
-    let few = ground.refit(&base.joint.terms, PLAYS.0, &base.order)?;
-    let found = {
+    looked_at("screening effects");
+    let mut ground = ground.clone();
+    let mut rich = ground.refit(&base.joint.terms, PLAYS, &base.order)?;
+    let mut leads = {
         let fit = ground.fit();
         let effects = possible(&fit, &base.joint.terms, allowed);
-        looked_at("screening effects");
-        expand(&fit, &few, &effects)?
+        fit.leads(&rich.joint, &effects)?
     };
-    let mut ground = ground.clone();
-    let mut close: Vec<Effect> = found.iter().filter_map(Candidate::newest).collect();
-    close.truncate(CLOSER);
-    let Some(mut best) = found.into_iter().next() else {
-        return Ok((ground, Vec::new()));
-    };
-    let mut refined: Vec<Candidate> = Vec::new();
-    for round in 0..2 {
-        looked_at("looking closer at the best");
-        ground = ground.seen_by(&best.joint)?;
-        let rich = ground.refit(&base.joint.terms, PLAYS.1, &base.order)?;
-        refined = expand(&ground.fit(), &rich, &close)?;
-        let fit = ground.fit();
-        refined
-            .par_iter_mut()
-            .take(SHARPENED)
-            .try_for_each(|candidate| candidate.sharpen(&fit))?;
-        sort(&mut refined);
-        let Some(first) = refined.first() else {
-            break;
-        };
-        let settled = round > 0 || first.joint.rms > 0.98 * best.joint.rms;
-        best = first.clone();
-        close = refined.iter().filter_map(Candidate::newest).collect();
-        close.truncate(CLOSER / 2 + 1);
-        if settled || ground.histories == Histories::Session {
-            break;
+    leads.truncate(CLOSER.0);
+    looked_at("fitting the most promising effects");
+    let mut found = expand(&ground.fit(), &rich, &leads)?;
+    if ground.histories == Histories::Each {
+        for _ in 0..ROUNDS {
+            let Some(best) = found.first().cloned() else {
+                break;
+            };
+            let other = ground.seen_by(&best.joint)?;
+            if other.runs.starts().eq(ground.runs.starts()) {
+                break;
+            }
+            looked_at("fitting again on likelier histories");
+            ground = other;
+            rich = ground.refit(&base.joint.terms, PLAYS, &base.order)?;
+            let close: Vec<Effect> = found.iter().filter_map(Candidate::newest).collect();
+            leads.retain(|lead| close.iter().take(CLOSER.1).any(|e| *e == lead.effect));
+            found = expand(&ground.fit(), &rich, &leads)?;
+            if found
+                .first()
+                .is_some_and(|first| first.joint.rms > 0.98 * best.joint.rms)
+            {
+                break;
+            }
         }
     }
-    Ok((ground, refined))
+    Ok((ground, found))
 }
 
 /// Rms of a model on the records of a role, in um.

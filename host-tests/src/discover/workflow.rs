@@ -3,6 +3,7 @@
 use crate::dataset::{Dataset, Role};
 use crate::error::Error;
 use crate::identify::catalogue::Effect;
+use crate::identify::joint::SETTLED;
 use crate::identify::noise;
 use crate::identify::run::Runs;
 use crate::identify::{Source, joint_model};
@@ -60,8 +61,12 @@ pub fn diagnose(
     let mut best: Option<Search> = None;
     for (ground, base) in grounds {
         let search = Search::run(ground, base, noise.0, &options.library, progress)?;
+        let settled = search.explains_all();
         if best.as_ref().is_none_or(|best| search.better_than(best)) {
             best = Some(search);
+        }
+        if settled {
+            break;
         }
     }
     let search = best.ok_or_else(|| Error::request("there is nothing to diagnose".to_owned()))?;
@@ -135,7 +140,7 @@ impl Search {
         while search.found.order.len() < MOST {
             let before = search.found.select;
             // Nothing is left to explain.
-            if !search.steps.is_empty() && excess(before, noise) < BAR * noise {
+            if !search.steps.is_empty() && search.explains_all() {
                 break;
             }
             let (ground, found) = one_more(&search.found_on, &search.found, library, progress)?;
@@ -185,7 +190,7 @@ impl Search {
             joint.terms = terms.without(index);
             joint.core.beta = joint.terms.beta(fit.seen());
             joint.rms = fit.rms(&joint.core, &joint.terms, Role::Fit)?;
-            fit.settle(&mut joint)?;
+            fit.settle(&mut joint, SETTLED.0)?;
             let mut order = self.found.order.clone();
             order.remove(place);
             let without = Candidate::new(&fit, joint, order)?;
@@ -241,6 +246,11 @@ impl Search {
         rms(self) < 0.95 * rms(other)
     }
 
+    /// Whether nothing beyond the noise is left over.
+    fn explains_all(&self) -> bool {
+        excess(self.found.select, self.noise) < BAR * self.noise
+    }
+
     fn verdict(&self) -> Verdict {
         let before = excess(self.base.select, self.noise);
         let left = excess(self.found.select, self.noise) / before.max(1e-300);
@@ -250,7 +260,7 @@ impl Search {
             } else {
                 Verdict::Unknown
             }
-        } else if left <= NAMED || excess(self.found.select, self.noise) < BAR * self.noise {
+        } else if left <= NAMED || self.explains_all() {
             Verdict::Named
         } else if left <= PARTIAL {
             Verdict::Partial

@@ -292,6 +292,11 @@ impl Runs {
         }
     }
 
+    /// The state that each run starts in.
+    pub fn starts(&self) -> impl Iterator<Item = Start> {
+        self.runs.iter().map(|run| run.start)
+    }
+
     /// Spans of one role with their runs.
     pub fn scored(&self, role: Role) -> impl Iterator<Item = (usize, &Run, &Span)> {
         self.runs

@@ -203,7 +203,10 @@ fn with_effects(
     // A mode is looked for where nothing else can take its place; then all is fitted together.
     for effect in effects.into_iter().rev().chain(with_rate) {
         progress(effect.name());
-        joint = fit.add(&joint, effect, FOLLOWED)?.ok_or_else(|| {
+        let leads = fit.leads(&joint, &[effect])?;
+        let starts = leads.first().map_or(&[][..], |lead| &lead.starts[..]);
+        let starts = &starts[..starts.len().min(FOLLOWED)];
+        joint = fit.add(&joint, effect, starts)?.ok_or_else(|| {
             Error::request(format!(
                 "the effect {} cannot be fitted to these records",
                 effect.name()

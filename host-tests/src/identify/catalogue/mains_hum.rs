@@ -13,19 +13,26 @@ const OFF: f64 = 0.012;
 /// Frequencies that are tried for each line at most.
 const TRIED: usize = 1_500;
 
+/// Turns by which the mains may be off within samples that are taken together.
+const TOGETHER: f64 = 0.03;
+
 /// Starts at the frequencies near 50 and 60 Hz that stand out of what is left over: absolute time in s
-/// and residual in um.
+/// and residual in um, times rising within a record.
 pub fn hum_starts(seen: &Seen, left: &[(f64, f64)]) -> Vec<Vec<f64>> {
     let span = seen.time_s.1 - seen.time_s.0;
     let start = |line: f64| {
         let widest = OFF * line * span;
+        let parts = demodulated(left, line, TOGETHER / (OFF * line));
         let count = ((8.0 * widest) as usize).clamp(1, TRIED);
         let found = (0..=count).map(|i| {
             let off = widest * (2.0 * i as f64 / count as f64 - 1.0);
-            let turns = std::f64::consts::TAU * (line + off / span);
-            let (cosine, sine) = left.iter().fold((0.0, 0.0), |(c, s), &(time, residual)| {
-                let (sine, cosine) = (turns * time).sin_cos();
-                (c + residual * cosine, s + residual * sine)
+            let turns = std::f64::consts::TAU * off / span;
+            let (cosine, sine) = parts.iter().fold((0.0, 0.0), |(c, s), part| {
+                let (sine, cosine) = (turns * part.time_s).sin_cos();
+                (
+                    c + part.cosine * cosine - part.sine * sine,
+                    s + part.sine * cosine + part.cosine * sine,
+                )
             });
             let unit = 2.0 / left.len().max(1) as f64 / seen.displacement_um;
             (off, unit * cosine, unit * sine)
@@ -35,6 +42,37 @@ pub fn hum_starts(seen: &Seen, left: &[(f64, f64)]) -> Vec<Vec<f64>> {
         vec![cosine, sine, 0.0, 0.0, off, line]
     };
     vec![start(50.0), start(60.0)]
+}
+
+/// What a few samples hold of a line.
+struct Part {
+    time_s: f64,
+    cosine: f64,
+    sine: f64,
+}
+
+/// Parts of up to `longest` seconds, with the line's own turns taken out.
+fn demodulated(left: &[(f64, f64)], line: f64, longest: f64) -> Vec<Part> {
+    let mut parts: Vec<Part> = Vec::new();
+    let mut end = f64::NEG_INFINITY;
+    let mut last = f64::INFINITY;
+    for &(time, residual) in left {
+        if time >= end || time < last {
+            end = time + longest;
+            parts.push(Part {
+                time_s: time + 0.5 * longest,
+                cosine: 0.0,
+                sine: 0.0,
+            });
+        }
+        last = time;
+        let (sine, cosine) = (std::f64::consts::TAU * line * time).sin_cos();
+        if let Some(part) = parts.last_mut() {
+            part.cosine += residual * cosine;
+            part.sine += residual * sine;
+        }
+    }
+    parts
 }
 
 impl Template for MainsHum {

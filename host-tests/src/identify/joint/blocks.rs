@@ -45,4 +45,14 @@ impl Blocks {
             .map_err(|error| refused("asymmetry", error))?;
         Ok(Self { effects, asymmetry })
     }
+
+    /// Whether anything behind the hysteresis remembers.
+    pub fn remember_behind(&self) -> bool {
+        let effects = &self.effects;
+        effects.backlash.is_some()
+            || effects.resonances.iter().flatten().next().is_some()
+            || effects.creep.is_some()
+            || effects.interleaving.is_some()
+            || effects.sensor_lag.is_some()
+    }
 }

@@ -21,13 +21,15 @@ pub struct Core {
     pub beta: f64,
 }
 
-/// Rows of derivatives by the weights, a row a sample.
+/// Rows of derivatives by the weights: of every sample, or where nothing behind the hysteresis
+/// remembers, only of those samples that are rows of the least squares.
 #[derive(Clone, Default)]
 pub struct Columns {
-    /// The entries, row by row.
-    pub entries: Vec<f64>,
+    entries: Vec<f64>,
     /// Entries of a row.
-    pub width: usize,
+    width: usize,
+    /// The samples that have a row, if not all.
+    samples: Option<Vec<usize>>,
 }
 
 /// The drive as it reaches the actuator.
@@ -188,10 +190,13 @@ pub fn hysteresis_and_columns(
     plays: &mut Vec<f64>,
 ) -> (Vec<f64>, Columns) {
     let direct = core.direct();
-    let samples = frame.run.drive.len();
     let width = core.thresholds.len() + 1;
-    let mut w = Vec::with_capacity(samples);
-    let mut entries = Vec::with_capacity(samples * width);
+    let samples = (!blocks.remember_behind())
+        .then(|| frame.rows.iter().map(|&(k, _)| k).collect::<Vec<usize>>());
+    let rows = samples.as_ref().map_or(drive.len(), Vec::len);
+    let mut wanted = samples.iter().flatten().copied().peekable();
+    let mut w = Vec::with_capacity(drive.len());
+    let mut entries = Vec::with_capacity(rows * width);
     walk(core, blocks, frame, drive, plays, |u, bank| {
         let (direct, plays) = (direct * u, bank.sum());
         let (mut by_direct, mut by_plays) = (1.0, 1.0);
@@ -206,29 +211,70 @@ pub fn hysteresis_and_columns(
             }
             None => direct + plays,
         });
-        entries.push(u * by_direct);
-        entries.extend(bank.outputs().map(|z| z * by_plays));
+        if samples.is_none() || wanted.next_if_eq(&(w.len() - 1)).is_some() {
+            entries.push(u * by_direct);
+            entries.extend(bank.outputs().map(|z| z * by_plays));
+        }
     });
-    (w, Columns { entries, width })
+    let columns = Columns {
+        entries,
+        width,
+        samples,
+    };
+    (w, columns)
 }
 
 impl Core {
     fn direct(&self) -> f64 {
         self.weights.first().copied().unwrap_or_default()
     }
+
+    /// Without the plays that have no weight.
+    pub fn active(&self) -> Self {
+        let weights = self.weights.iter().skip(1);
+        let (thresholds, weights): (Vec<f64>, Vec<f64>) = self
+            .thresholds
+            .iter()
+            .zip(weights)
+            .filter(|&(_, &a)| a != 0.0)
+            .unzip();
+        Self {
+            thresholds,
+            weights: std::iter::once(self.direct()).chain(weights).collect(),
+            beta: self.beta,
+        }
+    }
+
+    /// The same among more plays; those whose thresholds it does not have get no weight.
+    pub fn among(&self, thresholds: &[f64]) -> Self {
+        let weight = |r: &f64| {
+            let place = self.thresholds.iter().position(|mine| mine == r);
+            place.and_then(|i| self.weights.get(i + 1)).copied()
+        };
+        let weights = thresholds.iter().map(|r| weight(r).unwrap_or(0.0));
+        Self {
+            thresholds: thresholds.to_vec(),
+            weights: std::iter::once(self.direct()).chain(weights).collect(),
+            beta: self.beta,
+        }
+    }
 }
 
 impl Columns {
-    /// Entries of the row of sample `k`.
-    pub fn row(&self, k: usize) -> &[f64] {
+    /// Derivatives at the sample `k`, which is that of row `index` of the least squares.
+    pub fn of_row(&self, index: usize, k: usize) -> &[f64] {
+        self.entry(if self.samples.is_some() { index } else { k })
+    }
+
+    fn entry(&self, index: usize) -> &[f64] {
         self.entries
-            .get(k * self.width..(k + 1) * self.width)
+            .get(index * self.width..(index + 1) * self.width)
             .unwrap_or_default()
     }
 
     /// Through a block that each column has a state of.
     fn through<S>(&mut self, start: impl Fn(f64) -> S, step: impl Fn(&mut S, f64) -> f64) {
-        let mut states: Vec<S> = self.row(0).iter().map(|&d| start(d)).collect();
+        let mut states: Vec<S> = self.entry(0).iter().map(|&d| start(d)).collect();
         for row in self.entries.chunks_exact_mut(self.width.max(1)) {
             for (d, state) in row.iter_mut().zip(&mut states) {
                 *d = step(state, *d);
@@ -236,9 +282,15 @@ impl Columns {
         }
     }
 
-    /// Multiplies the row of every sample.
-    fn scale(&mut self, slopes: impl Iterator<Item = f64>) {
-        for (row, slope) in self.entries.chunks_exact_mut(self.width.max(1)).zip(slopes) {
+    /// Multiplies each row by the slope at its sample.
+    fn scale(&mut self, slope: impl Fn(usize) -> f64) {
+        let rows = self.entries.chunks_exact_mut(self.width.max(1));
+        for (index, row) in rows.enumerate() {
+            let sample = self
+                .samples
+                .as_ref()
+                .map_or(Some(index), |samples| samples.get(index).copied());
+            let slope = sample.map_or(0.0, &slope);
             row.iter_mut().for_each(|d| *d *= slope);
         }
     }
@@ -269,7 +321,7 @@ pub fn behind(
         let moves: Vec<bool> = (0..w.len())
             .map(|k| k == 0 || (w[k] != w[k - 1] && before[k] != before[k - 1]))
             .collect();
-        let mut held = columns.row(0).to_vec();
+        let mut held = columns.entry(0).to_vec();
         for (row, moves) in columns
             .entries
             .chunks_exact_mut(columns.width.max(1))
@@ -291,7 +343,7 @@ pub fn behind(
         columns.through(|x| creep.start(x), |s, x| creep.step(s, x));
     }
     if let Some(map) = &effects.output_quadratic {
-        columns.scale(w.iter().map(|&w| map.slope(w)));
+        columns.scale(|k| w.get(k).map_or(0.0, |&w| map.slope(w)));
         w.iter_mut().for_each(|w| *w = map.step(*w));
     }
     if let Some(interleaving) = &effects.interleaving {
@@ -350,5 +402,5 @@ fn bend(blocks: &Blocks, w: &mut [f64], columns: &mut Columns) {
         }
         slopes.push(slope);
     }
-    columns.scale(slopes.into_iter());
+    columns.scale(|k| slopes.get(k).copied().unwrap_or(0.0));
 }

@@ -47,25 +47,25 @@ impl Normal {
 
     /// Solves with `damping` added to the squares of the free unknowns and the first non-negative
     /// unknown not below `floor`.
-    pub fn solve(mut self, damping: f64, floor: f64) -> Solution {
+    pub fn solve(&self, damping: f64, floor: f64) -> Solution {
         let columns = self.columns();
-        eliminate(&mut self.gram, 0);
-        let undamped = self.gram.clone();
+        let mut gram = self.gram.clone();
+        eliminate(&mut gram, 0);
+        let undamped = gram.clone();
         for j in 1..=self.free {
-            self.gram[(j, j)] += damping;
+            gram[(j, j)] += damping;
         }
-        let before = self.gram.clone();
+        let before = gram.clone();
         for j in 1..=self.free {
-            eliminate(&mut self.gram, j);
+            eliminate(&mut gram, j);
         }
         // What is left concerns the non-negative unknowns: a triangle again.
         let first = 1 + self.free;
         let weights = columns - 1 - first;
         let target = columns - 1;
-        let mut square =
-            DMatrix::from_fn(weights, weights, |i, j| self.gram[(first + i, first + j)]);
+        let mut square = DMatrix::from_fn(weights, weights, |i, j| gram[(first + i, first + j)]);
         let mut right = DVector::from_fn(weights, |i, _| {
-            self.gram[(first + i, target)] - floor * self.gram[(first + i, first)]
+            gram[(first + i, target)] - floor * gram[(first + i, first)]
         });
         // Plays next to each other are almost the same: a hair keeps the triangle regular.
         let hair = 1e-12 * square.diagonal().max();

@@ -1,0 +1,190 @@
+//! Which effects are worth a fit of their own, and from where: each start of each one is simulated
+//! once, and what it changes is held, scaled, against what the model leaves over.
+//!
+//! Only what the weights and numbers that the model has already cannot follow counts.
+
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use rayon::prelude::*;
+
+use crate::error::Error;
+
+use super::super::catalogue::{self, Effect};
+use super::responses::Responses;
+use super::terms::Terms;
+use super::{DIFFERENCE, Joint, JointFit};
+
+/// Share of its own square that a change must keep beside the model's own; less is the model's.
+const NEW: f64 = 1e-6;
+
+/// An effect as it looks before any fit.
+#[derive(Clone, Debug)]
+pub struct Lead {
+    /// The effect.
+    pub effect: Effect,
+    /// Its starts, the most promising first.
+    pub starts: Vec<Vec<f64>>,
+    /// Rms that the best of them promises, in um. Zero for an effect that no fit can see.
+    pub rms: f64,
+}
+
+/// What a model leaves over, and how it could move itself.
+struct Tangent {
+    /// Columns over all rows: by weights and numbers.
+    columns: DMatrix<f64>,
+    inverse: Cholesky<f64, Dyn>,
+    /// What is left over beside them.
+    left: DVector<f64>,
+}
+
+impl JointFit<'_> {
+    /// Leads for `effects` beside a fitted model, the most promising first; those of which no start can be
+    /// computed are left out.
+    ///
+    /// # Errors
+    /// Numbers that the core refuses.
+    pub fn leads(&self, base: &Joint, effects: &[Effect]) -> Result<Vec<Lead>, Error> {
+        let mut base = base.clone();
+        base.core = base.core.active();
+        let at = self.responses(&base)?;
+        let Some(tangent) = self.tangent(&base, &at)? else {
+            return Ok(Vec::new());
+        };
+        let mut leads: Vec<Lead> = effects
+            .par_iter()
+            .filter_map(|&effect| self.lead(&base, &at, &tangent, effect).transpose())
+            .collect::<Result<_, Error>>()?;
+        leads.sort_by(|a, b| a.rms.total_cmp(&b.rms));
+        Ok(leads)
+    }
+
+    fn lead(
+        &self,
+        base: &Joint,
+        at: &Responses,
+        tangent: &Tangent,
+        effect: Effect,
+    ) -> Result<Option<Lead>, Error> {
+        let starts = match effect {
+            Effect::MainsHum => catalogue::hum_starts(&self.seen, &self.left_over(base)?),
+            _ => effect.template().starts(&self.seen),
+        };
+        let mut judged: Vec<(f64, Vec<f64>)> = starts
+            .into_iter()
+            .filter_map(|numbers| {
+                // Numbers that the core refuses are no start.
+                let columns = self.changes(base, at, effect, &numbers).ok()?;
+                Some((tangent.left_beside(&columns), numbers))
+            })
+            .collect();
+        judged.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Ok(judged.first().map(|(rms, _)| *rms).map(|rms| Lead {
+            effect,
+            starts: judged.into_iter().map(|(_, numbers)| numbers).collect(),
+            rms,
+        }))
+    }
+
+    /// What a start changes at the rows; where it changes nothing yet, what each of its numbers would.
+    fn changes(
+        &self,
+        base: &Joint,
+        at: &Responses,
+        effect: Effect,
+        numbers: &[f64],
+    ) -> Result<Vec<DVector<f64>>, Error> {
+        let terms = base.terms.with(effect, numbers.to_vec());
+        let new = base.terms.iter().filter(|t| t.effect <= effect).count();
+        let behind = terms.is_behind((new, 0)).then_some(&at.w[..]);
+        let change = |terms: &Terms, change: f64| {
+            self.differences(&base.core, terms, behind, &at.y, change)
+                .map(|runs| self.at_rows(&runs))
+        };
+        let whole = change(&terms, 1.0)?;
+        if whole.norm_squared() > 0.0 {
+            return Ok(vec![whole]);
+        }
+        let free = terms.free(&self.seen).into_iter();
+        free.filter(|place| place.0 == new)
+            .map(|place| {
+                let up = terms.moved(place, DIFFERENCE, &self.seen);
+                let moved = if up.number(place) > terms.number(place) {
+                    up
+                } else {
+                    terms.moved(place, -DIFFERENCE, &self.seen)
+                };
+                change(&moved, moved.number(place) - terms.number(place))
+            })
+            .collect()
+    }
+
+    /// A signal of the runs at the rows, weighted, less its mean over each run that has its own offset.
+    fn at_rows(&self, runs: &[Vec<f64>]) -> DVector<f64> {
+        let mut rows = Vec::new();
+        for (frame, signal) in self.fitted_frames().iter().zip(runs) {
+            let own = self.own_offset(frame);
+            let (sum, total) = frame.rows.iter().fold((0.0, 0.0), |(s, t), &(k, w)| {
+                (s + w * w * signal[k], t + w * w)
+            });
+            let mean = if own && total > 0.0 { sum / total } else { 0.0 };
+            rows.extend(frame.rows.iter().map(|&(k, w)| w * (signal[k] - mean)));
+        }
+        DVector::from_vec(rows)
+    }
+
+    fn tangent(&self, base: &Joint, at: &Responses) -> Result<Option<Tangent>, Error> {
+        let frames = self.fitted_frames();
+        let mut signals = self.by_numbers(base, at)?;
+        signals.extend((0..base.core.weights.len()).map(|j| at.by_weight(frames, j)));
+        let ones = frames.iter().map(|frame| vec![1.0; frame.run.drive.len()]);
+        signals.push(ones.collect());
+        let columns: Vec<DVector<f64>> = signals.iter().map(|s| self.at_rows(s)).collect();
+        let columns = DMatrix::from_columns(&columns);
+        let residual: Vec<Vec<f64>> = frames
+            .iter()
+            .zip(&at.y)
+            .map(|(frame, y)| {
+                let measured = frame.run.displacement.iter();
+                measured.zip(y).map(|(measured, y)| measured - y).collect()
+            })
+            .collect();
+        let residual = self.at_rows(&residual);
+        let mut square = columns.tr_mul(&columns);
+        for i in 0..square.nrows() {
+            square[(i, i)] = square[(i, i)] * (1.0 + 1e-9) + f64::MIN_POSITIVE;
+        }
+        Ok(square.cholesky().map(|inverse| {
+            let own = inverse.solve(&columns.tr_mul(&residual));
+            Tangent {
+                left: residual - &columns * own,
+                columns,
+                inverse,
+            }
+        }))
+    }
+}
+
+impl Tangent {
+    /// Rms that is left over with `columns` beside the model's own.
+    fn left_beside(&self, columns: &[DVector<f64>]) -> f64 {
+        if columns.iter().all(|column| column.norm_squared() == 0.0) {
+            return 0.0;
+        }
+        let others = DMatrix::from_columns(columns);
+        let shared = self.columns.tr_mul(&others);
+        let mut square = others.tr_mul(&others);
+        let own: Vec<f64> = square.diagonal().iter().copied().collect();
+        square -= shared.tr_mul(&self.inverse.solve(&shared));
+        for (i, own) in own.iter().enumerate() {
+            square[(i, i)] = square[(i, i)].max(0.0) + NEW * own + f64::MIN_POSITIVE;
+        }
+        let along = others.tr_mul(&self.left);
+        let all = self.left.norm_squared();
+        let gain = match (columns.len(), square.cholesky()) {
+            // A start the other way round is not the effect.
+            (1, _) if along[0] <= 0.0 => 0.0,
+            (_, Some(square)) => along.dot(&square.solve(&along)),
+            (_, None) => 0.0,
+        };
+        (all - gain).max(0.0).sqrt()
+    }
+}

@@ -5,7 +5,9 @@ use std::ops::Range;
 use crate::dataset::{Dataset, Role, Zero};
 use crate::error::Error;
 
+use super::catalogue::reading_step;
 use super::cycles::{first_cycle, half_cycle_frequencies, is_closed, range, turning_points};
+use super::noise;
 use super::spectrum::band;
 use super::start::Start;
 
@@ -98,6 +100,8 @@ impl Run {
 pub struct Runs {
     /// The runs.
     pub runs: Vec<Run>,
+    /// Step of the reading in um, where it matters beside the noise.
+    pub step_um: Option<f64>,
     /// Whether each run has an offset of its own.
     pub own_offsets: bool,
     /// Whether part of the fit records was set aside because no record has the role `select`.
@@ -161,7 +165,9 @@ impl Runs {
                 samples: from.min(to)..to,
             });
         }
+        let noise = noise::floor(&runs).map_or(0.0, |(rms, _)| rms);
         let mut runs = Self {
+            step_um: reading_step(&runs, noise),
             runs,
             own_offsets: dataset.zero == Zero::PerRecord || dataset.input_zero == Zero::PerRecord,
             held_back: false,

@@ -29,6 +29,7 @@ mod transport_delay;
 use serde::Serialize;
 
 pub use mains_hum::hum_starts;
+pub use quantisation::step as reading_step;
 
 use crate::model_file::Stage;
 
@@ -140,7 +141,7 @@ impl Seen {
             threshold_v: runs.widest_threshold(),
             line_um: (0.0, 0.0),
             frequency_span: runs.frequency_span,
-            step_um: quantisation::step(runs),
+            step_um: runs.step_um,
         };
         for run in &runs.runs {
             let length = run.drive.len() as f64 * run.sample_time_s;

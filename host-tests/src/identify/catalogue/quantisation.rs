@@ -3,7 +3,7 @@
 
 use crate::model_file::{self, Stage};
 
-use super::super::run::Runs;
+use super::super::run::Run;
 use super::{Seen, Template};
 
 /// Readings that are looked at.
@@ -12,26 +12,32 @@ const LOOKED_AT: usize = 4_000;
 const WHOLE: f64 = 0.02;
 /// Share of half the range below which a step is the rounding of a file.
 const LEAST: f64 = 1e-4;
+/// Rms error of the rounding, over the noise, below which nobody hears it.
+const HEARD: f64 = 0.5;
 
 /// See the [module](self).
 pub struct Quantisation;
 
-/// The step in um that all readings are whole multiples apart, if there is one.
-pub fn step(runs: &Runs) -> Option<f64> {
-    let total: usize = runs.runs.iter().map(|run| run.displacement.len()).sum();
+/// The step in um that all readings of each run are whole multiples apart, if there is one that
+/// matters beside the `noise` in um.
+pub fn step(runs: &[Run], noise: f64) -> Option<f64> {
+    let total: usize = runs.iter().map(|run| run.displacement.len()).sum();
     let stride = total.div_ceil(LOOKED_AT).max(1);
-    let all = runs.runs.iter().flat_map(|run| &run.displacement);
-    let mut readings: Vec<f64> = all.step_by(stride).copied().collect();
-    readings.sort_by(f64::total_cmp);
-    let range = readings.last()? - readings.first()?;
-    let apart: Vec<f64> = readings
-        .windows(2)
-        .map(|pair| pair[1] - pair[0])
-        .filter(|&d| d > 1e-9 * range)
-        .collect();
+    let mut apart: Vec<f64> = Vec::new();
+    let mut widest = 0.0f64;
+    for run in runs {
+        let mut readings: Vec<f64> = run.displacement.iter().step_by(stride).copied().collect();
+        readings.sort_by(f64::total_cmp);
+        if let [first, .., last] = readings[..] {
+            widest = widest.max(last - first);
+        }
+        apart.extend(readings.windows(2).map(|pair| pair[1] - pair[0]));
+    }
+    apart.retain(|&d| d > 1e-9 * widest);
     let step = apart.iter().copied().fold(f64::INFINITY, f64::min);
     let whole = |d: &f64| (d / step - (d / step).round()).abs() < WHOLE;
-    (step > 0.5 * LEAST * range && step.is_finite() && apart.iter().all(whole)).then_some(step)
+    let matters = step.is_finite() && step / 12f64.sqrt() > HEARD * noise;
+    (matters && step > 0.5 * LEAST * widest && apart.iter().all(whole)).then_some(step)
 }
 
 impl Template for Quantisation {

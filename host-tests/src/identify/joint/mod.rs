@@ -224,10 +224,7 @@ impl<'a> JointFit<'a> {
         };
         let mut predicted = self.along(frames, core, terms)?;
         let offsets = score::offsets(self.runs, &predicted);
-        // Steps of the reading have no slope: a fit looks through them.
-        if role != Role::Fit {
-            self.read(&mut predicted, &offsets, terms)?;
-        }
+        self.read(&mut predicted, &offsets, terms);
         let rms = score::rms(self.runs, &predicted, &offsets, role).unwrap_or(f64::INFINITY);
         Ok(if rms.is_nan() { f64::INFINITY } else { rms })
     }
@@ -239,29 +236,22 @@ impl<'a> JointFit<'a> {
     pub fn predicted(&self, core: &Core, terms: &Terms) -> Result<Vec<Vec<f64>>, Error> {
         let mut predicted = self.along(&self.frames, core, terms)?;
         let offsets = score::offsets(self.runs, &predicted);
-        self.read(&mut predicted, &offsets, terms)?;
+        self.read(&mut predicted, &offsets, terms);
         Ok(predicted)
     }
 
-    /// Rounds to the steps of the reading, where the terms hold any.
-    fn read(
-        &self,
-        predicted: &mut [Vec<f64>],
-        offsets: &[f64],
-        terms: &Terms,
-    ) -> Result<(), Error> {
-        if !terms.has(Effect::Quantisation) {
-            return Ok(());
-        }
-        let stages = terms.stages(&self.seen, 1.0);
-        let blocks = Blocks::new(&stages, self.seen.sample_time_s)?;
-        if let Some(steps) = &blocks.effects.quantisation {
-            for (run, offset) in predicted.iter_mut().zip(offsets) {
-                run.iter_mut()
-                    .for_each(|y| *y = steps.step(*y + offset) - offset);
+    /// Where the terms hold steps of the reading: moves the prediction towards each reading, by up to
+    /// half a step. What is left is what no displacement that gives this reading would leave.
+    fn read(&self, predicted: &mut [Vec<f64>], offsets: &[f64], terms: &Terms) {
+        let Some(half) = terms.half_step(&self.seen) else {
+            return;
+        };
+        let runs = self.runs.runs.iter().zip(predicted).zip(offsets);
+        for ((run, predicted), offset) in runs {
+            for (y, reading) in predicted.iter_mut().zip(&run.displacement) {
+                *y += (reading - *y - offset).clamp(-half, half);
             }
         }
-        Ok(())
     }
 
     fn along(

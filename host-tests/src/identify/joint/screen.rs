@@ -36,6 +36,16 @@ struct Tangent {
     left: DVector<f64>,
 }
 
+/// What a start changes at the rows.
+enum Changes {
+    /// All of it at once.
+    Whole(DVector<f64>),
+    /// Nothing yet: what each of its numbers would.
+    ByNumber(Vec<DVector<f64>>),
+    /// Nothing that a fit could move.
+    Unseen,
+}
+
 impl JointFit<'_> {
     /// Leads for `effects` beside a fitted model, the most promising first; those of which no start can be
     /// computed are left out.
@@ -72,8 +82,8 @@ impl JointFit<'_> {
             .into_iter()
             .filter_map(|numbers| {
                 // Numbers that the core refuses are no start.
-                let columns = self.changes(base, at, effect, &numbers).ok()?;
-                Some((tangent.left_beside(&columns), numbers))
+                let changes = self.changes(base, at, effect, &numbers).ok()?;
+                Some((tangent.left_beside(&changes), numbers))
             })
             .collect();
         judged.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -84,14 +94,13 @@ impl JointFit<'_> {
         }))
     }
 
-    /// What a start changes at the rows; where it changes nothing yet, what each of its numbers would.
     fn changes(
         &self,
         base: &Joint,
         at: &Responses,
         effect: Effect,
         numbers: &[f64],
-    ) -> Result<Vec<DVector<f64>>, Error> {
+    ) -> Result<Changes, Error> {
         let terms = base.terms.with(effect, numbers.to_vec());
         let new = base.terms.iter().filter(|t| t.effect <= effect).count();
         let behind = terms.is_behind((new, 0)).then_some(&at.w[..]);
@@ -101,10 +110,11 @@ impl JointFit<'_> {
         };
         let whole = change(&terms, 1.0)?;
         if whole.norm_squared() > 0.0 {
-            return Ok(vec![whole]);
+            return Ok(Changes::Whole(whole));
         }
         let free = terms.free(&self.seen).into_iter();
-        free.filter(|place| place.0 == new)
+        let by_number: Vec<DVector<f64>> = free
+            .filter(|place| place.0 == new)
             .map(|place| {
                 let up = terms.moved(place, DIFFERENCE, &self.seen);
                 let moved = if up.number(place) > terms.number(place) {
@@ -114,7 +124,12 @@ impl JointFit<'_> {
                 };
                 change(&moved, moved.number(place) - terms.number(place))
             })
-            .collect()
+            .collect::<Result<_, Error>>()?;
+        Ok(if by_number.is_empty() {
+            Changes::Unseen
+        } else {
+            Changes::ByNumber(by_number)
+        })
     }
 
     /// A signal of the runs at the rows, weighted, less its mean over each run that has its own offset.
@@ -164,12 +179,13 @@ impl JointFit<'_> {
 }
 
 impl Tangent {
-    /// Rms that is left over with `columns` beside the model's own.
-    fn left_beside(&self, columns: &[DVector<f64>]) -> f64 {
-        if columns.iter().all(|column| column.norm_squared() == 0.0) {
-            return 0.0;
-        }
-        let others = DMatrix::from_columns(columns);
+    /// Rms that is left over with a start beside the model's own.
+    fn left_beside(&self, changes: &Changes) -> f64 {
+        let others = match changes {
+            Changes::Whole(whole) => DMatrix::from_columns(std::slice::from_ref(whole)),
+            Changes::ByNumber(columns) => DMatrix::from_columns(columns),
+            Changes::Unseen => return 0.0,
+        };
         let shared = self.columns.tr_mul(&others);
         let mut square = others.tr_mul(&others);
         let own: Vec<f64> = square.diagonal().iter().copied().collect();
@@ -178,13 +194,12 @@ impl Tangent {
             square[(i, i)] = square[(i, i)].max(0.0) + NEW * own + f64::MIN_POSITIVE;
         }
         let along = others.tr_mul(&self.left);
-        let all = self.left.norm_squared();
-        let gain = match (columns.len(), square.cholesky()) {
-            // A start the other way round is not the effect.
-            (1, _) if along[0] <= 0.0 => 0.0,
-            (_, Some(square)) => along.dot(&square.solve(&along)),
-            (_, None) => 0.0,
+        // A start the other way round is not the effect.
+        let against = matches!(changes, Changes::Whole(_)) && along[0] <= 0.0;
+        let gain = match square.cholesky() {
+            Some(square) if !against => along.dot(&square.solve(&along)),
+            _ => 0.0,
         };
-        (all - gain).max(0.0).sqrt()
+        (self.left.norm_squared() - gain).max(0.0).sqrt()
     }
 }

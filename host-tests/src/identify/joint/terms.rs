@@ -78,6 +78,12 @@ impl Terms {
         moved
     }
 
+    /// Half a step of the reading in um, where there are steps.
+    pub fn half_step(&self, seen: &Seen) -> Option<f64> {
+        let steps = self.0.iter().find(|t| t.effect == Effect::Quantisation)?;
+        Some(0.5 * steps.numbers.first()? * seen.displacement_um)
+    }
+
     /// Whether a number acts on what comes out of the hysteresis only.
     pub fn is_behind(&self, (term, _): (usize, usize)) -> bool {
         let term = self.0.get(term);

@@ -16,16 +16,20 @@ const MODES: usize = 3;
 const FOLLOWED: usize = 2;
 /// Plays beside which effects are looked at.
 pub const PLAYS: usize = 28;
+/// Share of a threshold that lies between it and the next.
+const APART: f64 = 1e-3;
 /// Effects that are fitted, and those that are fitted again to histories chosen by the best of them.
 const CLOSER: (usize, usize) = (6, 4);
 /// How often histories are chosen again at most.
 const ROUNDS: usize = 2;
 
-/// The best of those whose thresholds are sharpened, how often, and beside how many plays at most.
+/// The best of those whose thresholds are sharpened, how often at most, and beside how many plays.
 const SHARPENED: usize = 4;
 /// How much more than the best a candidate may leave over for that.
 const HOPELESS: f64 = 2.0;
-const SHARPER: usize = 2;
+const SHARPER: usize = 4;
+/// Relative gain below which thresholds are sharp.
+const SHARP: f64 = 0.005;
 const MOST_PLAYS: usize = 48;
 
 /// A model with what it leaves over.
@@ -59,7 +63,11 @@ impl Candidate {
     /// Numbers that the core refuses.
     pub fn sharpen(&mut self, fit: &JointFit<'_>) -> Result<(), Error> {
         for _ in 0..SHARPER {
+            let before = self.joint.rms;
             fit.sharpen(&mut self.joint, MOST_PLAYS)?;
+            if self.joint.rms > (1.0 - SHARP) * before {
+                break;
+            }
         }
         self.select = judged(fit, &self.joint)?;
         Ok(())
@@ -96,15 +104,19 @@ impl Ground {
         Ok(other)
     }
 
-    /// A model with the given effects and so many plays, fitted anew.
+    /// A model with its plays among many others, fitted anew.
     ///
     /// # Errors
     /// Numbers that the core refuses.
-    pub fn refit(&self, terms: &Terms, plays: usize, order: &[Effect]) -> Result<Candidate, Error> {
+    pub fn refit(&self, base: &Candidate) -> Result<Candidate, Error> {
         let fit = self.fit();
-        let mut joint = fit.weights(crowded(&fit, plays), terms.clone())?;
+        let mut thresholds = crowded(&fit, PLAYS);
+        thresholds.extend(base.joint.core.active().thresholds);
+        thresholds.sort_by(f64::total_cmp);
+        thresholds.dedup_by(|a, b| *a - *b < APART * *a);
+        let mut joint = fit.weights(thresholds, base.joint.terms.clone())?;
         fit.settle(&mut joint, SETTLED.1)?;
-        Candidate::new(&fit, joint, order.to_vec())
+        Candidate::new(&fit, joint, base.order.clone())
     }
 }
 
@@ -181,7 +193,7 @@ pub fn one_more(
 ) -> Result<(Ground, Vec<Candidate>), Error> {
     looked_at("screening effects");
     let mut ground = ground.clone();
-    let mut rich = ground.refit(&base.joint.terms, PLAYS, &base.order)?;
+    let mut rich = ground.refit(base)?;
     let mut leads = {
         let fit = ground.fit();
         let effects = possible(&fit, &base.joint.terms, allowed);
@@ -201,7 +213,7 @@ pub fn one_more(
             }
             looked_at("fitting again on likelier histories");
             ground = other;
-            rich = ground.refit(&base.joint.terms, PLAYS, &base.order)?;
+            rich = ground.refit(base)?;
             let close: Vec<Effect> = found.iter().filter_map(Candidate::newest).collect();
             leads.retain(|lead| close.iter().take(CLOSER.1).any(|e| *e == lead.effect));
             found = expand(&ground.fit(), &rich, &leads)?;

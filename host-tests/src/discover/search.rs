@@ -33,7 +33,7 @@ const SHARP: f64 = 0.005;
 const MOST_PLAYS: usize = 48;
 
 /// Share of what is left over that a number of an effect must take away to be worth it.
-const PRICE: f64 = 0.003;
+const PRICE: f64 = 0.006;
 
 /// A model with what it leaves over.
 #[derive(Clone, Debug)]

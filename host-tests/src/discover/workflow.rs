@@ -8,9 +8,14 @@ use crate::identify::run::Runs;
 use crate::identify::{Source, joint_model};
 
 use super::baseline::{Baseline, Histories, saturate};
-use super::diagnosis::{Diagnosis, FoundEffect, RecordResiduals, Residuals, Roles, Verdict};
+use super::diagnosis::{
+    Diagnosis, FoundEffect, RecordResiduals, Residuals, Roles, Verdict, excess,
+};
 use super::naming::{BAR, Search, WORTH};
 use super::search::{Candidate, Ground, rms};
+
+/// Least share of the excess on the report records that the effects must close.
+const CONFIRMED: f64 = 0.1;
 
 /// What a diagnosis may do.
 #[derive(Clone, Debug, PartialEq)]
@@ -85,7 +90,7 @@ fn grounds(runs: &Runs, baseline: &Baseline) -> Result<Vec<(Ground, Candidate)>,
 
 impl Search {
     /// What the figures rest on.
-    fn notes(&self) -> Vec<String> {
+    fn notes(&self, confirmed: bool) -> Vec<String> {
         let histories = match self.ground.histories {
             Histories::Session => {
                 "The plays at the start of a record are taken to stand where the record before it in \
@@ -97,7 +102,7 @@ impl Search {
                  range have an offset of their own, for wide plays do not move along them."
             }
         };
-        vec![
+        let mut notes = vec![
             histories.to_owned(),
             "The first cycle of a record of four or more turning points is left out of every figure."
                 .to_owned(),
@@ -107,11 +112,41 @@ impl Search {
                  square of {BAR} times the noise and by {:.0} % of the squared excess.",
                 100.0 * WORTH
             ),
-        ]
+        ];
+        if !confirmed {
+            let found: Vec<&str> = self.best.steps.iter().map(|s| s.effect.name()).collect();
+            notes.push(format!(
+                "The select records spoke for {}, the report records do not: less than {:.0} % of the gap \
+                 closes there, and nothing is named.",
+                found.join(" and "),
+                100.0 * CONFIRMED
+            ));
+        }
+        notes
+    }
+
+    /// Whether the report records, opened for this once, bear the names out: records that nothing was
+    /// chosen by.
+    fn is_confirmed(&self) -> Result<bool, Error> {
+        let noise = self.noise.0;
+        let left = |ground: &Ground, candidate: &Candidate| {
+            Ok::<_, Error>(rms(ground, candidate, Role::Report)?.map(|rms| excess(rms, noise)))
+        };
+        let before = left(&self.ground, &self.base)?.filter(|&before| before > BAR * noise);
+        let after = left(&self.best.ground, &self.best.found)?;
+        Ok(match (before, after) {
+            (Some(before), Some(after)) => after <= (1.0 - CONFIRMED) * before,
+            _ => true,
+        } || self.best.steps.is_empty())
     }
 
     fn conclude(self, dataset: &Dataset) -> Result<Diagnosis, Error> {
-        let verdict = self.verdict();
+        let confirmed = self.is_confirmed()?;
+        let verdict = if confirmed {
+            self.verdict()
+        } else {
+            Verdict::Unknown
+        };
         let (ground, found) = if verdict == Verdict::Unknown {
             (&self.ground, &self.base)
         } else {
@@ -183,7 +218,7 @@ impl Search {
             before: residuals(dataset, &self.ground, &self.base)?,
             after: residuals(dataset, ground, found)?,
             next_record: None,
-            notes: self.notes(),
+            notes: self.notes(confirmed),
         })
     }
 }

@@ -56,7 +56,7 @@ impl JointFit<'_> {
         let mut damping = DAMPING.0;
         let mut steps = 0..STEPS;
         'steps: while steps.next().is_some() {
-            let normal = self.normal(joint, &at, &self.by_numbers(joint, &at)?);
+            let normal = self.normal(joint, &at, &self.by_numbers(joint, &at));
             loop {
                 if let Some((next, there)) = self.moved(joint, &normal, damping)? {
                     let gain = 1.0 - next.rms / joint.rms;

@@ -65,26 +65,37 @@ impl JointFit<'_> {
     }
 
     /// Derivatives of the displacement by every free number: number by number, a run each.
-    pub(super) fn by_numbers(
-        &self,
-        joint: &Joint,
-        responses: &Responses,
-    ) -> Result<Vec<Vec<Vec<f64>>>, Error> {
+    pub(super) fn by_numbers(&self, joint: &Joint, responses: &Responses) -> Vec<Vec<Vec<f64>>> {
         let free = joint.terms.free(&self.seen);
         free.iter()
             .map(|&place| {
-                let at = joint.terms.number(place);
-                let up = joint.terms.moved(place, DIFFERENCE, &self.seen);
-                let moved = if up.number(place) > at {
-                    up
-                } else {
-                    joint.terms.moved(place, -DIFFERENCE, &self.seen)
-                };
-                let change = moved.number(place) - at;
                 let behind = joint.terms.is_behind(place).then_some(&responses.w[..]);
-                self.differences(&joint.core, &moved, behind, &responses.y, change)
+                let slope = self.slope(&joint.core, &joint.terms, place, behind, &responses.y);
+                // A number between two that the core refuses stays where it is.
+                slope.unwrap_or_else(|_| responses.y.iter().map(|y| vec![0.0; y.len()]).collect())
             })
             .collect()
+    }
+
+    /// Derivative of the displacement by the number at `place` of the `terms`, a run each: taken upwards,
+    /// or downwards where the core refuses what is above.
+    pub(super) fn slope(
+        &self,
+        core: &Core,
+        terms: &Terms,
+        place: (usize, usize),
+        behind: Option<&[Vec<f64>]>,
+        y: &[Vec<f64>],
+    ) -> Result<Vec<Vec<f64>>, Error> {
+        let towards = |step: f64| {
+            let moved = terms.moved(place, step, &self.seen);
+            let change = moved.number(place) - terms.number(place);
+            if change == 0.0 {
+                return Err(Error::request("a number at its bound".to_owned()));
+            }
+            self.differences(core, &moved, behind, y, change)
+        };
+        towards(DIFFERENCE).or_else(|_| towards(-DIFFERENCE))
     }
 
     /// What the displacement changes by with other `terms`, over `change`, a run each. Where they act

@@ -10,8 +10,7 @@ use crate::error::Error;
 
 use super::super::catalogue::{self, Effect};
 use super::responses::Responses;
-use super::terms::Terms;
-use super::{DIFFERENCE, Joint, JointFit};
+use super::{Joint, JointFit};
 
 /// Share of its own square that a change must keep beside the model's own; less is the model's.
 const NEW: f64 = 1e-6;
@@ -56,7 +55,7 @@ impl JointFit<'_> {
         let mut base = base.clone();
         base.core = base.core.active();
         let at = self.responses(&base)?;
-        let Some(tangent) = self.tangent(&base, &at)? else {
+        let Some(tangent) = self.tangent(&base, &at) else {
             return Ok(Vec::new());
         };
         let mut leads: Vec<Lead> = effects
@@ -104,11 +103,8 @@ impl JointFit<'_> {
         let terms = base.terms.with(effect, numbers.to_vec());
         let new = base.terms.iter().filter(|t| t.effect <= effect).count();
         let behind = terms.is_behind((new, 0)).then_some(&at.w[..]);
-        let change = |terms: &Terms, change: f64| {
-            self.differences(&base.core, terms, behind, &at.y, change)
-                .map(|runs| self.at_rows(&runs))
-        };
-        let whole = change(&terms, 1.0)?;
+        let whole = self.differences(&base.core, &terms, behind, &at.y, 1.0)?;
+        let whole = self.at_rows(&whole);
         if whole.norm_squared() > 0.0 {
             return Ok(Changes::Whole(whole));
         }
@@ -116,13 +112,8 @@ impl JointFit<'_> {
         let by_number: Vec<DVector<f64>> = free
             .filter(|place| place.0 == new)
             .map(|place| {
-                let up = terms.moved(place, DIFFERENCE, &self.seen);
-                let moved = if up.number(place) > terms.number(place) {
-                    up
-                } else {
-                    terms.moved(place, -DIFFERENCE, &self.seen)
-                };
-                change(&moved, moved.number(place) - terms.number(place))
+                let slope = self.slope(&base.core, &terms, place, behind, &at.y)?;
+                Ok(self.at_rows(&slope))
             })
             .collect::<Result<_, Error>>()?;
         Ok(if by_number.is_empty() {
@@ -146,9 +137,9 @@ impl JointFit<'_> {
         DVector::from_vec(rows)
     }
 
-    fn tangent(&self, base: &Joint, at: &Responses) -> Result<Option<Tangent>, Error> {
+    fn tangent(&self, base: &Joint, at: &Responses) -> Option<Tangent> {
         let frames = self.fitted_frames();
-        let mut signals = self.by_numbers(base, at)?;
+        let mut signals = self.by_numbers(base, at);
         signals.extend((0..base.core.weights.len()).map(|j| at.by_weight(frames, j)));
         let ones = frames.iter().map(|frame| vec![1.0; frame.run.drive.len()]);
         signals.push(ones.collect());
@@ -167,14 +158,14 @@ impl JointFit<'_> {
         for i in 0..square.nrows() {
             square[(i, i)] = square[(i, i)] * (1.0 + 1e-9) + f64::MIN_POSITIVE;
         }
-        Ok(square.cholesky().map(|inverse| {
+        square.cholesky().map(|inverse| {
             let own = inverse.solve(&columns.tr_mul(&residual));
             Tangent {
                 left: residual - &columns * own,
                 columns,
                 inverse,
             }
-        }))
+        })
     }
 }
 

@@ -99,6 +99,8 @@ pub struct Diagnosis {
     pub noise: (f64, Source),
     /// Rms of the baseline in um.
     pub baseline: Roles,
+    /// Rms in um of the user's own model with all its numbers fitted anew, where that is the baseline.
+    pub refitted: Option<Roles>,
     /// Rms of the extended model in um.
     pub extended: Roles,
     /// The bar in um: an rms excess on the select records below it is nothing.
@@ -137,6 +139,11 @@ impl FoundEffect {
 }
 
 impl Diagnosis {
+    /// Rms of what effects are held against: the baseline, fitted to the data.
+    pub(super) fn fitted_baseline(&self) -> &Roles {
+        self.refitted.as_ref().unwrap_or(&self.baseline)
+    }
+
     /// The share of the baseline's excess on the report records that the extended model closes; `None`
     /// where the baseline leaves none.
     pub fn closed(&self) -> Option<f64> {
@@ -203,6 +210,7 @@ impl Diagnosis {
                 "noise_floor_source": self.noise.1,
                 "bar": length(self.bar_um),
                 "baseline": roles(&self.baseline),
+                "refitted": self.refitted.as_ref().map(roles),
                 "extended": roles(&self.extended),
                 "closed": self.closed(),
             },

@@ -5,6 +5,7 @@ pub mod blind;
 mod diagnosis;
 pub mod localise;
 mod next_record;
+mod own_model;
 mod page;
 mod search;
 mod words;

@@ -84,7 +84,7 @@ fn measured(model: &ModelFile, seed: u64) -> Dataset {
     const STAIRS: [f64; 8] = [0.0, 8.0, 16.0, 24.0, 16.0, 8.0, 0.0, -10.0];
     let mut noise = SmallRng::seed_from_u64(seed);
     let mut record = |name: &str, role, drive: &dyn Fn(f64) -> f64| {
-        let time_s: Vec<f64> = (0..8000).map(|k| k as f64 * H).collect();
+        let time_s: Vec<f64> = (0..2500).map(|k| k as f64 * H).collect();
         let drive_v: Vec<f64> = time_s.iter().map(|&t| drive(t)).collect();
         let mut displacement_um = stage::displacement(model, H, &drive_v).unwrap();
         for y in &mut displacement_um {
@@ -111,9 +111,9 @@ fn measured(model: &ModelFile, seed: u64) -> Dataset {
         input_zero: Zero::Shared,
         records: vec![
             record("loops", Role::Fit, &|t| {
-                25.0 * (t / 8.0) * tone(0.9, t) + 4.0 * tone(31.0, t)
+                25.0 * (t / 2.5) * tone(1.7, t) + 4.0 * tone(31.0, t)
             }),
-            record("stairs", Role::Fit, &|t| STAIRS[t as usize % 8]),
+            record("stairs", Role::Fit, &|t| STAIRS[(3.2 * t) as usize % 8]),
             record("mixed", Role::Select, &|t| {
                 18.0 * tone(0.6, t) + 9.0 * tone(2.3, t)
             }),

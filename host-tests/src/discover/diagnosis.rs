@@ -4,6 +4,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use crate::dataset::{LengthUnit, Role};
+use crate::identify::joint::Interval;
 use crate::identify::{Effect, Source};
 use crate::model_file::{ModelFile, Stage};
 
@@ -45,6 +46,9 @@ pub struct FoundEffect {
     pub left_over: f64,
     /// Its stage of the model.
     pub stage: Option<Stage>,
+    /// Intervals of 95 % of its parameters in their order, of an asymmetry the thresholds before the
+    /// slopes, the positive side before the negative; `None` where the fit does not move one.
+    pub intervals: Vec<Interval>,
     /// Its numbers where it has no stage of its own.
     pub numbers: Vec<(&'static str, f64)>,
 }

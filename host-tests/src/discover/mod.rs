@@ -4,6 +4,7 @@ mod baseline;
 pub mod blind;
 mod diagnosis;
 pub mod localise;
+mod naming;
 mod next_record;
 mod own_model;
 mod page;

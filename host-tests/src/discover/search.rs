@@ -13,7 +13,7 @@ use super::baseline::{Histories, choose_starts, crowded, judged};
 /// Modes that a model may have.
 const MODES: usize = 3;
 /// Starts of an effect that are followed to their end.
-const FOLLOWED: usize = 2;
+pub const FOLLOWED: usize = 2;
 /// Plays beside which effects are looked at.
 pub const PLAYS: usize = 28;
 /// Share of a threshold that lies between it and the next.
@@ -31,6 +31,9 @@ const SHARPER: usize = 4;
 /// Relative gain below which thresholds are sharp.
 const SHARP: f64 = 0.005;
 const MOST_PLAYS: usize = 48;
+
+/// Share of what is left over that a number of an effect must take away to be worth it.
+const PRICE: f64 = 0.006;
 
 /// A model with what it leaves over.
 #[derive(Clone, Debug)]
@@ -71,6 +74,13 @@ impl Candidate {
         }
         self.select = judged(fit, &self.joint)?;
         Ok(())
+    }
+
+    /// What candidates are compared by: the rms on the select records, with that on the fit records
+    /// where it is a draw, and a price on each number of the effects.
+    pub fn judged(&self) -> f64 {
+        let numbers: usize = self.joint.terms.iter().map(|t| t.numbers.len()).sum();
+        self.select.hypot(0.5 * self.joint.rms) * (1.0 + PRICE * numbers as f64)
     }
 
     /// The effect that was added last.
@@ -174,10 +184,25 @@ pub fn expand(
     Ok(found)
 }
 
-/// The best first: on the select records, and where that is a draw, on the fit records.
+/// The best first.
 pub fn sort(candidates: &mut [Candidate]) {
-    let judged = |c: &Candidate| c.select.hypot(0.5 * c.joint.rms);
-    candidates.sort_by(|a, b| judged(a).total_cmp(&judged(b)));
+    candidates.sort_by(|a, b| a.judged().total_cmp(&b.judged()));
+}
+
+/// Whether any effect beside those of a model promises an rms that `hopes` accepts.
+///
+/// # Errors
+/// Numbers that the core refuses.
+pub fn promising(
+    ground: &Ground,
+    found: &Candidate,
+    library: &[Effect],
+    hopes: impl Fn(f64) -> bool,
+) -> Result<bool, Error> {
+    let fit = ground.fit();
+    let effects = possible(&fit, &found.joint.terms, library);
+    let leads = fit.leads(&found.joint, &effects)?;
+    Ok(leads.iter().any(|lead| hopes(lead.rms)))
 }
 
 /// One effect more: the most promising of the possible ones, fitted; where histories are chosen, once

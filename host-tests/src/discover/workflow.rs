@@ -3,30 +3,15 @@
 use crate::dataset::{Dataset, Role};
 use crate::error::Error;
 use crate::identify::catalogue::Effect;
-use crate::identify::joint::SETTLED;
 use crate::identify::noise;
 use crate::identify::run::Runs;
 use crate::identify::{Source, joint_model};
 
 use super::baseline::{Baseline, Histories, saturate};
-use super::diagnosis::{
-    Ablation, Diagnosis, FoundEffect, RecordResiduals, Residuals, Roles, Verdict, excess,
-};
+use super::diagnosis::{Diagnosis, FoundEffect, RecordResiduals, Residuals, Roles, Verdict};
+use super::naming::{BAR, Search, WORTH};
 use super::own_model;
-use super::search::{Candidate, Ground, one_more, rms};
-
-/// Excess on the select records below which nothing is missing, over the noise.
-const BAR: f64 = 0.5;
-/// Least share of the excess before that an effect has to close, squares taken.
-const WORTH: f64 = 0.3;
-/// What may be left over where the effects are said to explain it all.
-const NAMED: f64 = 0.35;
-/// What may be left over where they are said to explain a part.
-const PARTIAL: f64 = 0.7;
-/// How much more than the best another effect may leave over and still be possible.
-const AMBIGUOUS: f64 = 1.5;
-/// Effects at most.
-const MOST: usize = 4;
+use super::search::{Candidate, Ground, rms};
 
 /// What a diagnosis may do.
 #[derive(Clone, Debug, PartialEq)]
@@ -61,7 +46,7 @@ pub fn diagnose(
     let grounds = grounds(&runs, &options.baseline)?;
     let mut best: Option<Search> = None;
     for (ground, base) in grounds {
-        let search = Search::run(ground, base, noise.0, &options.library, progress)?;
+        let search = Search::run(ground, base, noise, &options.library, progress)?;
         let settled = search.explains_all();
         if best.as_ref().is_none_or(|best| search.better_than(best)) {
             best = Some(search);
@@ -73,7 +58,7 @@ pub fn diagnose(
     let search = best.ok_or_else(|| Error::request("there is nothing to diagnose".to_owned()))?;
     progress("opening the report records");
     let ground = search.ground.clone();
-    let mut found = search.conclude(dataset, noise)?;
+    let mut found = search.conclude(dataset)?;
     if let Baseline::Model(model) = &options.baseline {
         own_model::report(model, &ground, dataset, &mut found)?;
     }
@@ -104,116 +89,7 @@ fn grounds(runs: &Runs, baseline: &Baseline) -> Result<Vec<(Ground, Candidate)>,
     Ok(grounds)
 }
 
-/// A step of the search that was taken.
-struct Step {
-    effect: Effect,
-    /// The other members of the ambiguity set.
-    rivals: Vec<Candidate>,
-    left_over: f64,
-    ground: Ground,
-}
-
-struct Search {
-    ground: Ground,
-    base: Candidate,
-    noise: f64,
-    /// The ground of the extended model.
-    found_on: Ground,
-    found: Candidate,
-    steps: Vec<Step>,
-    screened: Vec<(Effect, f64)>,
-    ablation: Vec<Ablation>,
-}
-
 impl Search {
-    fn run(
-        ground: Ground,
-        base: Candidate,
-        noise: f64,
-        library: &[Effect],
-        progress: &(dyn Fn(&str) + Sync),
-    ) -> Result<Self, Error> {
-        let mut search = Self {
-            found_on: ground.clone(),
-            found: base.clone(),
-            ground,
-            base,
-            noise,
-            steps: Vec::new(),
-            screened: Vec::new(),
-            ablation: Vec::new(),
-        };
-        while search.found.order.len() < MOST {
-            let before = search.found.select;
-            // Nothing is left to explain.
-            if !search.steps.is_empty() && search.explains_all() {
-                break;
-            }
-            let (ground, found) = one_more(&search.found_on, &search.found, library, progress)?;
-            if search.steps.is_empty() {
-                search.screened = found
-                    .iter()
-                    .filter_map(|c| Some((c.newest()?, c.select)))
-                    .collect();
-            }
-            let Some(best) = found.first() else {
-                break;
-            };
-            if !search.worth(before, best.select) {
-                break;
-            }
-            let left = |c: &Candidate| excess(c.select, noise) / excess(before, noise).max(1e-300);
-            let limit = (AMBIGUOUS * left(best)).max(left(best) + 0.02);
-            let newest = best.newest();
-            let rivals = found.iter().skip(1).filter(|c| left(c) <= limit);
-            let rivals = rivals.cloned().collect();
-            search.steps.extend(newest.map(|effect| Step {
-                effect,
-                rivals,
-                left_over: left(best),
-                ground: ground.clone(),
-            }));
-            search.found = best.clone();
-            search.found_on = ground;
-        }
-        if search.steps.len() > 1 {
-            progress("leaving out one effect at a time");
-            search.ablate()?;
-        }
-        Ok(search)
-    }
-
-    /// What leaving out each effect does; one that is not missed is taken back.
-    fn ablate(&mut self) -> Result<(), Error> {
-        let ground = self.found_on.clone();
-        let fit = ground.fit();
-        let terms = self.found.joint.terms.clone();
-        for (index, term) in terms.iter().enumerate() {
-            let Some(place) = self.steps.iter().position(|s| s.effect == term.effect) else {
-                continue;
-            };
-            let mut joint = self.found.joint.clone();
-            joint.terms = terms.without(index);
-            joint.core.beta = joint.terms.beta(fit.seen());
-            joint.rms = fit.rms(&joint.core, &joint.terms, Role::Fit)?;
-            fit.settle(&mut joint, SETTLED.0)?;
-            let mut order = self.found.order.clone();
-            order.remove(place);
-            let without = Candidate::new(&fit, joint, order)?;
-            self.ablation.push(Ablation {
-                effect: term.effect,
-                select_um: without.select,
-            });
-            // Of several that are not missed the first alone: the others may be missed then.
-            if !self.worth(without.select, self.found.select) {
-                self.found = without;
-                self.steps.remove(place);
-                break;
-            }
-        }
-        Ok(())
-    }
-
     /// What the figures rest on.
     fn notes(&self) -> Vec<String> {
         let histories = match self.ground.histories {
@@ -240,47 +116,12 @@ impl Search {
         ]
     }
 
-    /// Whether an effect that lowers the rms on the select records so far is worth its name.
-    fn worth(&self, before: f64, after: f64) -> bool {
-        let gain = before * before - after * after;
-        let bar = BAR * self.noise;
-        gain > bar * bar && gain > WORTH * excess(before, self.noise).powi(2)
-    }
-
-    fn better_than(&self, other: &Self) -> bool {
-        let rms = |search: &Self| search.found.select.hypot(search.found.joint.rms);
-        rms(self) < 0.95 * rms(other)
-    }
-
-    /// Whether nothing beyond the noise is left over.
-    fn explains_all(&self) -> bool {
-        excess(self.found.select, self.noise) < BAR * self.noise
-    }
-
-    fn verdict(&self) -> Verdict {
-        let before = excess(self.base.select, self.noise);
-        let left = excess(self.found.select, self.noise) / before.max(1e-300);
-        if self.steps.is_empty() {
-            if before < BAR * self.noise {
-                Verdict::None
-            } else {
-                Verdict::Unknown
-            }
-        } else if left <= NAMED || self.explains_all() {
-            Verdict::Named
-        } else if left <= PARTIAL {
-            Verdict::Partial
-        } else {
-            Verdict::Unknown
-        }
-    }
-
-    fn conclude(self, dataset: &Dataset, noise: (f64, Source)) -> Result<Diagnosis, Error> {
+    fn conclude(self, dataset: &Dataset) -> Result<Diagnosis, Error> {
         let verdict = self.verdict();
         let (ground, found) = if verdict == Verdict::Unknown {
             (&self.ground, &self.base)
         } else {
-            (&self.found_on, &self.found)
+            (&self.best.ground, &self.best.found)
         };
         let fit = ground.fit();
         let seen = *fit.seen();
@@ -288,7 +129,11 @@ impl Search {
         let steps = if verdict == Verdict::Unknown {
             &[]
         } else {
-            &self.steps[..]
+            &self.best.steps[..]
+        };
+        let intervals = match steps {
+            [] => Vec::new(),
+            _ => fit.intervals(&found.joint)?,
         };
         let model = |ground: &Ground, candidate: &Candidate| {
             let fit = ground.fit();
@@ -307,7 +152,8 @@ impl Search {
                     .joint
                     .terms
                     .iter()
-                    .filter(|t| t.effect == step.effect)
+                    .enumerate()
+                    .filter(|(_, t)| t.effect == step.effect)
                     .nth(earlier);
                 let rivals = step.rivals.iter().map(|rival| model(&step.ground, rival));
                 Ok(FoundEffect {
@@ -316,8 +162,11 @@ impl Search {
                     rivals: rivals.collect::<Result<_, Error>>()?,
                     left_over: step.left_over,
                     stage: term
-                        .and_then(|t| t.effect.template().stage(&t.numbers, &seen, gain))
+                        .and_then(|(_, t)| t.effect.template().stage(&t.numbers, &seen, gain))
                         .map(|stage| stage.signed(ground.runs.sign)),
+                    intervals: term
+                        .and_then(|(index, _)| intervals.get(index).cloned())
+                        .unwrap_or_default(),
                     numbers: match step.effect {
                         Effect::RateDependence => vec![("beta_s", found.joint.core.beta)],
                         _ => Vec::new(),
@@ -330,11 +179,11 @@ impl Search {
             unit: dataset.output_unit,
             verdict,
             effects,
-            noise,
+            noise: self.noise,
             baseline: roles(&self.ground, &self.base)?,
             refitted: None,
             extended: roles(ground, found)?,
-            bar_um: BAR * self.noise,
+            bar_um: BAR * self.noise.0,
             screened: self.screened.clone(),
             ablation: if steps.is_empty() {
                 Vec::new()

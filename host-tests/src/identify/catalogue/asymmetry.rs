@@ -14,6 +14,9 @@ const REACHED: f64 = 0.1;
 /// Least and largest corner over the reach of its side.
 const CORNERS: (f64, f64) = (0.01, 0.99);
 
+/// Least distance of two corners over the reach.
+const APART: f64 = 1e-3;
+
 /// See the [module](self).
 pub struct Asymmetry;
 
@@ -79,6 +82,11 @@ fn side(first: f64, slopes: &[f64], corners: &[f64], reach_v: f64) -> (Vec<f64>,
         .zip(slopes.iter().copied())
         .collect();
     zones.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut least = 0.0;
+    for (corner, _) in &mut zones {
+        *corner = corner.max(least);
+        least = *corner + APART;
+    }
     let slopes = std::iter::once(first).chain(zones.iter().map(|zone| zone.1));
     let corners = zones.iter().map(|zone| zone.0 * reach_v);
     (corners.collect(), slopes.collect())

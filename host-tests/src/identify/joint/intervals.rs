@@ -73,7 +73,10 @@ impl JointFit<'_> {
             if term.effect == Effect::RateDependence {
                 return vec![terms.beta(&self.seen)];
             }
-            let stage = term.effect.template().stage(&term.numbers, &self.seen, gain);
+            let stage = term
+                .effect
+                .template()
+                .stage(&term.numbers, &self.seen, gain);
             stage.map_or_else(Vec::new, |stage| parameters(&stage.signed(self.runs.sign)))
         };
         // Each number moved a little, the gain last.
@@ -83,7 +86,11 @@ impl JointFit<'_> {
                 let (terms, change) = self.nudged(&joint.terms, place);
                 (terms, gain, change)
             })
-            .chain([(joint.terms.clone(), gain * (1.0 + DIFFERENCE), gain * DIFFERENCE)])
+            .chain([(
+                joint.terms.clone(),
+                gain * (1.0 + DIFFERENCE),
+                gain * DIFFERENCE,
+            )])
             .collect();
         let intervals = |(index, term): (usize, &super::terms::Term)| {
             let at = of(&joint.terms, gain, index);
@@ -99,10 +106,12 @@ impl JointFit<'_> {
                     let gradient = DVector::from_iterator(moved.len(), gradient);
                     let off = spread.as_ref()?.direction(&gradient)?;
                     let end = |sides: f64| {
-                        let terms = places.iter().zip(off.iter()).fold(
-                            joint.terms.clone(),
-                            |terms, (&place, off)| terms.moved(place, sides * off, &self.seen),
-                        );
+                        let terms = places
+                            .iter()
+                            .zip(off.iter())
+                            .fold(joint.terms.clone(), |terms, (&place, off)| {
+                                terms.moved(place, sides * off, &self.seen)
+                            });
                         let gain = gain + sides * off[places.len()];
                         of(&terms, gain, index).get(i).copied().map(near)
                     };
@@ -175,9 +184,7 @@ impl JointFit<'_> {
             let length = frame.rows.len().div_ceil(BLOCKS).max(1);
             while from < to {
                 let count = length.min(to - from);
-                let sum = influence
-                    .rows(from, count)
-                    .tr_mul(&left.rows(from, count));
+                let sum = influence.rows(from, count).tr_mul(&left.rows(from, count));
                 by_blocks += &sum * sum.transpose();
                 blocks += 1;
                 from += count;

@@ -1,0 +1,382 @@
+//! Which effects are named: the most promising paths are followed together, and every name must hold
+//! against all others once the rest is known.
+
+use crate::error::Error;
+use crate::identify::catalogue::Effect;
+use crate::identify::joint::{JointFit, SETTLED};
+use crate::identify::{Source, noise};
+
+use super::diagnosis::{Ablation, Verdict, excess};
+use super::search::{Candidate, Ground, expand, one_more, possible, promising, sort};
+
+/// Excess on the select records below which nothing is missing, over the noise.
+pub const BAR: f64 = 0.5;
+/// Least share of the excess before that an effect has to close, squares taken.
+pub const WORTH: f64 = 0.3;
+/// What may be left over where the effects are said to explain it all.
+const NAMED: f64 = 0.35;
+/// What may be left over where they are said to explain a part.
+const PARTIAL: f64 = 0.7;
+/// How much more than the best another effect may leave over and still be possible.
+const AMBIGUOUS: f64 = 1.5;
+/// Effects at most.
+const MOST: usize = 4;
+/// Paths that are followed together.
+const BEAM: usize = 3;
+/// How much more than the best a path may leave over and still be followed.
+const FOLLOWABLE: f64 = 2.5;
+/// Effects that a name must hold against.
+const AGAINST: usize = 4;
+/// How often names may change places.
+const SWAPS: usize = 3;
+/// Share by which another name must be better.
+const BETTER: f64 = 0.01;
+
+/// A step of a path.
+#[derive(Clone)]
+pub struct Step {
+    /// The effect that was added.
+    pub effect: Effect,
+    /// The other members of the ambiguity set.
+    pub rivals: Vec<Candidate>,
+    /// Excess after it over the excess before.
+    pub left_over: f64,
+    /// The histories on which it was found.
+    pub ground: Ground,
+}
+
+/// Effects found one after the other, with the model that holds them.
+#[derive(Clone)]
+pub struct Path {
+    /// The histories.
+    pub ground: Ground,
+    /// The model.
+    pub found: Candidate,
+    /// The steps that led to it.
+    pub steps: Vec<Step>,
+}
+
+/// What a search found.
+pub struct Search {
+    /// The baseline's histories.
+    pub ground: Ground,
+    /// The baseline.
+    pub base: Candidate,
+    /// The noise floor in um, and its source.
+    pub noise: (f64, Source),
+    /// The best path.
+    pub best: Path,
+    /// What each effect alone leaves over on the select records in um.
+    pub screened: Vec<(Effect, f64)>,
+    /// What leaving out each effect does.
+    pub ablation: Vec<Ablation>,
+}
+
+impl Search {
+    /// Searches from a baseline.
+    ///
+    /// # Errors
+    /// Numbers that the core refuses.
+    pub fn run(
+        ground: Ground,
+        base: Candidate,
+        noise: (f64, Source),
+        library: &[Effect],
+        progress: &(dyn Fn(&str) + Sync),
+    ) -> Result<Self, Error> {
+        let best = Path {
+            ground: ground.clone(),
+            found: base.clone(),
+            steps: Vec::new(),
+        };
+        let mut search = Self {
+            ground,
+            base,
+            noise,
+            best,
+            screened: Vec::new(),
+            ablation: Vec::new(),
+        };
+        // Steps of the reading are read off the readings; nothing is to be searched for.
+        let searched: Vec<Effect> = library
+            .iter()
+            .copied()
+            .filter(|&effect| effect != Effect::Quantisation)
+            .collect();
+        search.follow(&searched, progress)?;
+        if search.best.steps.len() > 1 {
+            progress("holding each name against the others");
+            search.hold(&searched)?;
+        }
+        if library.contains(&Effect::Quantisation) {
+            search.add_steps_of_reading()?;
+        }
+        Ok(search)
+    }
+
+    /// The noise that a search has to live with: rounding is noise to every model.
+    fn heard(&self, ground: &Ground) -> f64 {
+        let rounding = ground.runs.step_um.map_or(0.0, |step| step / 12f64.sqrt());
+        self.noise.0.max(rounding)
+    }
+
+    fn follow(
+        &mut self,
+        library: &[Effect],
+        progress: &(dyn Fn(&str) + Sync),
+    ) -> Result<(), Error> {
+        let mut beam = vec![self.best.clone()];
+        for depth in 0..MOST {
+            let mut next: Vec<Path> = Vec::new();
+            for path in &beam {
+                let noise = self.heard(&path.ground);
+                let hopes = |promised: f64| {
+                    // Half of what is wanted: a start promises less than its fit holds.
+                    let gain = path.found.joint.rms.powi(2) - promised * promised;
+                    gain > 0.5 * (BAR * noise).powi(2)
+                };
+                if depth > 0 && !promising(&path.ground, &path.found, library, hopes)? {
+                    continue;
+                }
+                let (ground, found) = one_more(&path.ground, &path.found, library, progress)?;
+                if depth == 0 {
+                    self.screened = found
+                        .iter()
+                        .filter_map(|c| Some((c.newest()?, c.select)))
+                        .collect();
+                }
+                next.extend(self.extended(path, &ground, &found));
+            }
+            next.sort_by(|a, b| a.found.judged().total_cmp(&b.found.judged()));
+            let mut seen: Vec<Vec<Effect>> = Vec::new();
+            next.retain(|path| {
+                let mut set = path.found.order.clone();
+                set.sort();
+                let new = !seen.contains(&set);
+                seen.push(set);
+                new
+            });
+            let Some(first) = next.first().cloned() else {
+                break;
+            };
+            // A path of more effects must be worth them against the best of fewer.
+            if !self.worth(
+                self.best.found.select,
+                first.found.select,
+                self.heard(&first.ground),
+            ) {
+                break;
+            }
+            self.learn_noise(&first)?;
+            let noise = self.heard(&first.ground);
+            let left = |path: &Path| excess(path.found.select, noise);
+            let limit = (FOLLOWABLE * left(&first)).max(noise);
+            next.retain(|path| left(path) <= limit);
+            next.truncate(BEAM);
+            self.best = first;
+            beam = next;
+        }
+        Ok(())
+    }
+
+    /// A path with each of the effects that are worth it.
+    fn extended(&self, path: &Path, ground: &Ground, found: &[Candidate]) -> Vec<Path> {
+        let noise = self.heard(ground);
+        let before = path.found.select;
+        let left = |c: &Candidate| excess(c.select, noise) / excess(before, noise).max(1e-300);
+        let worth = |c: &&Candidate| self.worth(before, c.select, noise);
+        let followed = found.iter().filter(worth).take(BEAM);
+        followed
+            .filter_map(|candidate| {
+                let effect = candidate.newest()?;
+                let limit = ambiguous(left(candidate));
+                let rivals = found
+                    .iter()
+                    .filter(|c| c.newest() != Some(effect) && left(c) <= limit);
+                let mut steps = path.steps.clone();
+                steps.push(Step {
+                    effect,
+                    rivals: rivals.cloned().collect(),
+                    left_over: left(candidate),
+                    ground: ground.clone(),
+                });
+                Some(Path {
+                    ground: ground.clone(),
+                    found: candidate.clone(),
+                    steps,
+                })
+            })
+            .collect()
+    }
+
+    /// Lowers the noise floor to what the model's own residuals repeat: what it explains is no noise.
+    fn learn_noise(&mut self, path: &Path) -> Result<(), Error> {
+        let joint = &path.found.joint;
+        let predicted = path.ground.fit().predicted(&joint.core, &joint.terms)?;
+        let mut runs = path.ground.runs.runs.clone();
+        for (run, predicted) in runs.iter_mut().zip(predicted) {
+            for (y, predicted) in run.displacement.iter_mut().zip(predicted) {
+                *y -= predicted;
+            }
+        }
+        if let Some(found) = noise::floor(&runs).filter(|found| found.0 < self.noise.0) {
+            self.noise = found;
+        }
+        Ok(())
+    }
+
+    /// Holds every name against the others beside the rest of the model: the better one stays, those
+    /// nearly as good are its ambiguity set, and one that is not missed goes.
+    fn hold(&mut self, library: &[Effect]) -> Result<(), Error> {
+        let mut swaps = 0;
+        let mut place = 0;
+        self.ablation.clear();
+        while place < self.best.steps.len() && self.best.steps.len() > 1 {
+            let ground = self.best.ground.clone();
+            let fit = ground.fit();
+            let noise = self.heard(&ground);
+            let Some(without) = self.without(&fit, place)? else {
+                place += 1;
+                continue;
+            };
+            let effect = self.best.steps[place].effect;
+            self.ablation.push(Ablation {
+                effect,
+                select_um: without.select,
+            });
+            if !self.worth(without.select, self.best.found.select, noise) {
+                self.best.found = without;
+                self.best.steps.remove(place);
+                self.ablation.clear();
+                place = 0;
+                continue;
+            }
+            let others: Vec<Effect> = possible(&fit, &without.joint.terms, library)
+                .into_iter()
+                .filter(|&other| other != effect)
+                .collect();
+            let mut leads = fit.leads(&without.joint, &others)?;
+            leads.truncate(AGAINST);
+            let mut against = expand(&fit, &without, &leads)?;
+            sort(&mut against);
+            let found = &self.best.found;
+            let better = against
+                .first()
+                .filter(|c| c.judged() < (1.0 - BETTER) * found.judged())
+                .cloned();
+            match better {
+                Some(better) if swaps < SWAPS => {
+                    swaps += 1;
+                    self.best.steps[place].effect = better.newest().unwrap_or(effect);
+                    let order = self.best.steps.iter().map(|s| s.effect).collect();
+                    self.best.found = Candidate { order, ..better };
+                    self.ablation.clear();
+                    place = 0;
+                }
+                _ => {
+                    let before = excess(without.select, noise).max(1e-300);
+                    let left = |c: &Candidate| excess(c.select, noise) / before;
+                    let limit = ambiguous(left(found));
+                    let step = &mut self.best.steps[place];
+                    step.rivals = against.into_iter().filter(|c| left(c) <= limit).collect();
+                    step.ground = ground.clone();
+                    place += 1;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The model without the effect of a step, fitted anew.
+    fn without(&self, fit: &JointFit<'_>, place: usize) -> Result<Option<Candidate>, Error> {
+        let effect = self.best.steps[place].effect;
+        // Modes come more than once, in the order of the terms, the baseline's own first.
+        let own = self.base.joint.terms.iter();
+        let own = own.filter(|term| term.effect == effect).count();
+        let earlier = self.best.steps[..place].iter();
+        let earlier = own + earlier.filter(|step| step.effect == effect).count();
+        let terms = &self.best.found.joint.terms;
+        let mut of_effect = terms.iter().enumerate().filter(|(_, t)| t.effect == effect);
+        let Some((index, _)) = of_effect.nth(earlier) else {
+            return Ok(None);
+        };
+        let mut joint = self.best.found.joint.clone();
+        joint.terms = terms.without(index);
+        joint.core.beta = joint.terms.beta(fit.seen());
+        fit.settle(&mut joint, SETTLED.0)?;
+        let mut order = self.best.found.order.clone();
+        order.remove(place.min(order.len() - 1));
+        Candidate::new(fit, joint, order).map(Some)
+    }
+
+    /// Steps of the reading, where they matter beside the noise.
+    fn add_steps_of_reading(&mut self) -> Result<(), Error> {
+        let ground = self.best.ground.clone();
+        let fit = ground.fit();
+        let effect = Effect::Quantisation;
+        let Some(start) = effect.template().starts(fit.seen()).into_iter().next() else {
+            return Ok(());
+        };
+        let before = self.best.found.select;
+        let mut joint = self.best.found.joint.clone();
+        joint.terms = joint.terms.with(effect, start);
+        let mut order = self.best.found.order.clone();
+        order.push(effect);
+        let found = Candidate::new(&fit, joint, order)?;
+        let noise = self.noise.0;
+        self.best.steps.push(Step {
+            effect,
+            rivals: Vec::new(),
+            left_over: excess(found.select, noise) / excess(before, noise).max(1e-300),
+            ground: ground.clone(),
+        });
+        self.best.found = found;
+        Ok(())
+    }
+
+    /// Whether an effect that lowers the rms on the select records so far is worth its name.
+    fn worth(&self, before: f64, after: f64, noise: f64) -> bool {
+        let gain = before * before - after * after;
+        let bar = BAR * noise;
+        gain > bar * bar && gain > WORTH * excess(before, noise).powi(2)
+    }
+
+    /// Whether this search explains more than another.
+    pub fn better_than(&self, other: &Self) -> bool {
+        let rms = |search: &Self| {
+            let found = &search.best.found;
+            found.select.hypot(found.joint.rms)
+        };
+        rms(self) < 0.95 * rms(other)
+    }
+
+    /// Whether nothing beyond the noise is left over.
+    pub fn explains_all(&self) -> bool {
+        excess(self.best.found.select, self.noise.0) < BAR * self.noise.0
+    }
+
+    /// What to say of it all.
+    pub fn verdict(&self) -> Verdict {
+        let noise = self.noise.0;
+        let before = excess(self.base.select, noise);
+        let left = excess(self.best.found.select, noise) / before.max(1e-300);
+        if self.best.steps.is_empty() {
+            if before < BAR * noise {
+                Verdict::None
+            } else {
+                Verdict::Unknown
+            }
+        } else if left <= NAMED || self.explains_all() {
+            Verdict::Named
+        } else if left <= PARTIAL {
+            Verdict::Partial
+        } else {
+            Verdict::Unknown
+        }
+    }
+}
+
+/// What a candidate may leave over to be possible beside one that leaves `left`.
+fn ambiguous(left: f64) -> f64 {
+    (AMBIGUOUS * left).max(left + 0.02)
+}

@@ -83,7 +83,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     found.next_record = next_record(&found, &dataset);
     steps.set_message("writing the report");
     let places = localise::localise(&found);
-    let json = found.to_json(&localise::to_json(&places));
+    let json = found.to_json(&places);
     let html = page(&found, &places).to_html();
     steps.finish_and_clear();
 

@@ -3,6 +3,7 @@
 mod baseline;
 pub mod blind;
 mod diagnosis;
+mod json;
 pub mod localise;
 mod naming;
 mod next_record;
@@ -14,6 +15,7 @@ mod workflow;
 
 pub use baseline::Baseline;
 pub use diagnosis::{Ablation, Diagnosis, FoundEffect, RecordResiduals, Residuals, Roles, Verdict};
+pub use json::schema_text;
 pub use next_record::next_record;
 pub use page::page;
 pub use workflow::{Options, diagnose};

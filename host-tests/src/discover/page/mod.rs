@@ -318,18 +318,28 @@ fn parameters(section: &mut Section, found: &Diagnosis) {
         section
             .paragraph("Parameters under the keys and in the units of model.toml (um, V, s, Hz).");
         section.table(
-            ["Effect", "Parameter", "Value", "Undone by the compensator"],
+            [
+                "Effect",
+                "Parameter",
+                "Value",
+                "Low, 95 %",
+                "High, 95 %",
+                "Undone by the compensator",
+            ],
             found.effects.iter().flat_map(|one| {
                 let undone = if one.effect.template().inverted() {
                     "yes"
                 } else {
                     "no"
                 };
-                one.parameters().into_iter().map(move |(key, value)| {
+                one.numbers_with_intervals().map(move |(key, value, ends)| {
+                    let end = |x: Option<f64>| x.map_or_else(|| "–".into(), Cell::from);
                     vec![
                         one.effect.name().into(),
                         key.into(),
                         value.into(),
+                        end(ends.map(|ends| ends.0)),
+                        end(ends.map(|ends| ends.1)),
                         undone.into(),
                     ]
                 })

@@ -10,6 +10,17 @@ use hysteron_host::model_file::{self, ModelFile, Stage};
 use hysteron_host::stage;
 use rand::{Rng, SeedableRng, rngs::SmallRng};
 
+/// Effects that may be named: those of the models below and some others.
+const LIBRARY: [Effect; 7] = [
+    Effect::AmplifierLag,
+    Effect::Congruency,
+    Effect::Quadratic,
+    Effect::Cubic,
+    Effect::Resonance,
+    Effect::Creep,
+    Effect::Drift,
+];
+
 const H: f64 = 1e-3;
 const NOISE_UM: f64 = 0.01;
 
@@ -75,7 +86,7 @@ fn creep() -> Stage {
     Stage::Creep(model_file::Creep {
         gain_per_decade: 0.02,
         tau_min_s: 0.05,
-        tau_max_s: 5.0,
+        tau_max_s: 0.5,
     })
 }
 
@@ -124,10 +135,15 @@ fn measured(model: &ModelFile, seed: u64) -> Dataset {
     }
 }
 
+/// Without the stages that cost a fit most.
+fn light() -> ModelFile {
+    without(&without(&own(), "asymmetry"), "mains-hum")
+}
+
 fn found(truth: &ModelFile, baseline: &ModelFile) -> Diagnosis {
     let options = Options {
         baseline: Baseline::Model(Box::new(baseline.clone())),
-        ..Options::default()
+        library: LIBRARY.to_vec(),
     };
     diagnose(&measured(truth, 7), &options, &|_| {}).unwrap()
 }
@@ -154,7 +170,7 @@ fn the_true_model_leaves_the_noise_and_misses_nothing() {
 
 #[test]
 fn a_new_effect_is_named_and_those_of_the_model_are_not() {
-    let found = found(&with(&own(), creep()), &own());
+    let found = found(&with(&light(), creep()), &light());
     assert_eq!(found.verdict, Verdict::Named, "{}", found.sentence());
     assert_eq!(names(&found), [Effect::Creep]);
     assert!(found.closed().unwrap() > 0.9);
@@ -166,7 +182,7 @@ fn a_new_effect_is_named_and_those_of_the_model_are_not() {
         "{creep:?}"
     );
     // All of it is in the extended model, which falls with the drive as well.
-    for stage in own().effects() {
+    for stage in light().effects() {
         let mut stages = found.model.stages.iter();
         assert!(
             stages.any(|one| one.name() == stage.name()),
@@ -179,7 +195,7 @@ fn a_new_effect_is_named_and_those_of_the_model_are_not() {
 
 #[test]
 fn wrong_numbers_are_no_missing_effect() {
-    let mut other = own();
+    let mut other = light();
     for stage in &mut other.stages {
         match stage {
             Stage::Output(output) => output.gain_um_per_v *= 1.05,
@@ -187,7 +203,7 @@ fn wrong_numbers_are_no_missing_effect() {
             _ => {}
         }
     }
-    let found = found(&own(), &other);
+    let found = found(&light(), &other);
     let refitted = found.refitted.unwrap().select.unwrap();
     assert!(found.baseline.select.unwrap() > 20.0 * NOISE_UM);
     assert!(refitted < 1.1 * NOISE_UM, "{refitted}");
@@ -195,18 +211,30 @@ fn wrong_numbers_are_no_missing_effect() {
     assert!(found.closed().unwrap() > 0.95);
 }
 
+/// Which of the two modes is the new one is for the refit to say: both must be there in the end.
 #[test]
 fn a_second_mode_is_named_beside_the_first() {
     let mode = Stage::Resonance(model_file::Resonance {
-        f_n_hz: 23.0,
-        zeta: 0.04,
+        f_n_hz: 140.0,
+        zeta: 0.05,
     });
-    let found = found(&with(&own(), mode), &without(&own(), "congruency"));
-    let mode = found.effects.iter().find_map(|one| match &one.stage {
-        Some(Stage::Resonance(mode)) => Some(mode.f_n_hz),
-        _ => None,
-    });
-    assert!((mode.unwrap() / 23.0 - 1.0).abs() < 0.01, "{mode:?}");
+    let found = found(&with(&light(), mode), &light());
+    assert_eq!(found.verdict, Verdict::Named, "{}", found.sentence());
+    assert_eq!(names(&found), [Effect::Resonance]);
+    let modes: Vec<f64> = found
+        .model
+        .stages
+        .iter()
+        .filter_map(|stage| match stage {
+            Stage::Resonance(mode) => Some(mode.f_n_hz),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(modes.len(), 2);
+    for truth in [60.0, 140.0] {
+        let near = |f: &f64| (f / truth - 1.0).abs() < 0.01;
+        assert!(modes.iter().any(near), "{modes:?}");
+    }
 }
 
 #[test]

@@ -22,7 +22,7 @@ pub fn given(model: &ModelFile, runs: &Runs) -> Result<Joint, Error> {
     let fit = JointFit::new(runs);
     let seen = fit.seen();
     let refused = |why: String| Error::request(format!("model \"{}\": {why}", model.name));
-    // The core checks the numbers; for how long a sample is does not matter to them.
+    // The core checks the numbers.
     stage::chain(model, seen.sample_time_s)?;
     let hysteresis = model
         .hysteresis()

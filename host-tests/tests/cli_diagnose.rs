@@ -98,6 +98,40 @@ fn a_hidden_creep_is_named_in_all_three_files() {
     let y = stage::displacement(&model, 1e-3, &drive).unwrap();
     assert!(y.len() == 2000 && y.iter().all(|y| y.is_finite()));
 
+    // Each parameter lies within its interval, which is on the page as well.
+    let creep = effect["parameters"].as_object().unwrap();
+    for key in ["gain_per_decade", "tau_min_s"] {
+        let end = |i: usize| effect["intervals"][key][i].as_f64().unwrap();
+        let value = creep[key].as_f64().unwrap();
+        assert!(end(0) < value && value < end(1), "{effect}");
+    }
+
+    // Beside the model that was found nothing is missing, and its figures are as it was given.
+    let (found, again) = (path(&out.join("model.toml")), at("again"));
+    let done = hysteron(&[
+        "diagnose",
+        &data,
+        "--baseline",
+        &found,
+        "--out",
+        &path(&again),
+    ]);
+    let error = String::from_utf8_lossy(&done.stderr);
+    assert!(done.status.success(), "{error}");
+    let second: Value = serde_json::from_str(&text(&again.join("diagnosis.json"))).unwrap();
+    assert_eq!(second["verdict"], "none");
+    for role in ["fit", "select", "report"] {
+        let rms = |pointer: &str| {
+            let number = second.pointer(&format!("{pointer}/{role}"));
+            number.and_then(Value::as_f64).unwrap()
+        };
+        let first = number(&format!("/gap/extended/{role}"));
+        assert!((rms("/gap/baseline") / first - 1.0).abs() < 0.02, "{role}");
+        assert!(rms("/gap/refitted") < 1.02 * first, "{role}");
+    }
+    let page = text(&again.join("report.html"));
+    assert!(page.contains("Baseline fitted anew"));
+
     let html = text(&out.join("report.html"));
     assert!(html.len() < 2_000_000);
     let keys = html.matches("data-key=\"").count();
@@ -119,6 +153,6 @@ fn bad_requests_get_one_clear_line() {
         &[none, "--without", "gravity"],
         "there are saturation, slew-limit",
     );
-    refused(&[none, "--baseline", "best"], "name rdpi or pi");
-    refused(&[none, "--baseline", "my.toml"], "name rdpi or pi");
+    refused(&[none, "--baseline", "best"], "name rdpi, pi, a model.toml");
+    refused(&[none, "--baseline", "my.toml"], "no model file");
 }

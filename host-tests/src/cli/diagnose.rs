@@ -10,6 +10,7 @@ use hysteron_host::discover::{
 };
 use hysteron_host::error::Error;
 use hysteron_host::identify::Effect;
+use hysteron_host::model_file::{self, BUILTIN_NAMES};
 use hysteron_host::output::OutputFolder;
 use hysteron_host::report::format_number;
 
@@ -28,9 +29,10 @@ pub struct Arguments {
     /// The folder to write to.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// What the data are held against: rdpi (plays with a rate term) or pi (plays alone).
-    #[arg(long, value_name = "rdpi|pi|MODEL.toml", default_value = "rdpi", value_parser = baseline)]
-    baseline: Baseline,
+    /// What the data are held against: rdpi (plays with a rate term), pi (plays alone), or a model of
+    /// your own, whose effects are not named again.
+    #[arg(long, value_name = "rdpi|pi|MODEL", default_value = "rdpi")]
+    baseline: String,
     /// Effects that may not be named, as a list with commas.
     #[arg(long, value_name = "EFFECT,...", value_delimiter = ',', value_parser = effect)]
     without: Vec<Effect>,
@@ -40,16 +42,20 @@ const EXAMPLES: &str = "\
 Examples:
   hysteron diagnose measured/ --out out/found
   hysteron diagnose measured/ --baseline pi --out out/found
+  hysteron diagnose measured/ --baseline out/found/model.toml --out out/more
   hysteron diagnose out/creep/data --without creep --out out/unknown";
 
 fn baseline(text: &str) -> Result<Baseline, Error> {
     match text {
         "rdpi" => Ok(Baseline::RateDependent),
         "pi" => Ok(Baseline::RateIndependent),
-        _ if text.ends_with(".toml") => Err(Error::request(
-            "a model of your own cannot be the baseline; name rdpi or pi",
-        )),
-        _ => Err(Error::request("no such baseline; name rdpi or pi")),
+        _ if text.ends_with(".toml") || BUILTIN_NAMES.contains(&text) => {
+            Ok(Baseline::Model(Box::new(model_file::resolve(text)?)))
+        }
+        _ => Err(Error::request(format!(
+            "there is no such baseline; name rdpi, pi, a model.toml or a built-in model: {}",
+            BUILTIN_NAMES.join(", ")
+        ))),
     }
 }
 
@@ -62,10 +68,11 @@ fn effect(text: &str) -> Result<Effect, Error> {
 
 /// Diagnoses, writes the folder, prints the figures.
 pub fn run(arguments: &Arguments) -> Result<(), Error> {
+    let baseline = baseline(&arguments.baseline)?;
     let dataset = Dataset::load(&arguments.data)?;
     let allowed = |effect: &Effect| !arguments.without.contains(effect);
     let options = Options {
-        baseline: arguments.baseline.clone(),
+        baseline,
         library: Effect::ALL.into_iter().filter(allowed).collect(),
     };
     let steps = progress::steps("diagnosing");
@@ -76,7 +83,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     found.next_record = next_record(&found, &dataset);
     steps.set_message("writing the report");
     let places = localise::localise(&found);
-    let json = found.to_json(&localise::to_json(&places));
+    let json = found.to_json(&places);
     let html = page(&found, &places).to_html();
     steps.finish_and_clear();
 
@@ -108,9 +115,11 @@ fn print_summary(found: &Diagnosis, places: &[localise::Place]) {
         "report"
     );
     for (what, roles) in [
-        ("baseline", &found.baseline),
-        ("extended model", &found.extended),
+        ("baseline", Some(&found.baseline)),
+        ("the same, fitted anew", found.refitted.as_ref()),
+        ("extended model", Some(&found.extended)),
     ] {
+        let Some(roles) = roles else { continue };
         println!(
             "{what:<26} {:>10} {:>10} {:>10}",
             shown(roles.fit),

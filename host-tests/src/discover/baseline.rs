@@ -11,7 +11,9 @@ use crate::identify::joint::{Joint, JointFit, SETTLED, Terms};
 use crate::identify::run::{Run, Runs};
 use crate::identify::score;
 use crate::identify::start::Start;
+use crate::model_file::ModelFile;
 
+use super::own_model;
 use super::search::PLAYS;
 
 /// Which hysteresis the data are held against.
@@ -22,6 +24,8 @@ pub enum Baseline {
     RateDependent,
     /// Plays alone.
     RateIndependent,
+    /// A model of the user's own.
+    Model(Box<ModelFile>),
 }
 
 /// Plays that are enough to see how a stage moves.
@@ -46,12 +50,15 @@ pub enum Histories {
 /// Saturates the core and chooses the state that each run starts in.
 ///
 /// # Errors
-/// Numbers that the core refuses.
+/// Numbers that the core refuses; a model that cannot be fitted.
 pub fn saturate(
     runs: &mut Runs,
     baseline: &Baseline,
     histories: Histories,
 ) -> Result<Joint, Error> {
+    if let Baseline::Model(model) = baseline {
+        return own_model::fitted_anew(model, runs, histories);
+    }
     let terms = terms(runs, baseline);
     for plays in [FEW, 2 * FEW] {
         let joint = {

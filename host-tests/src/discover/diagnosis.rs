@@ -1,14 +1,15 @@
 //! What a diagnosis found, and its JSON.
 
+use schemars::JsonSchema;
 use serde::Serialize;
-use serde_json::{Value, json};
 
 use crate::dataset::{LengthUnit, Role};
+use crate::identify::joint::Interval;
 use crate::identify::{Effect, Source};
 use crate::model_file::{ModelFile, Stage};
 
 /// What a diagnosis says.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
     /// The named effects explain what the baseline left over.
@@ -45,6 +46,9 @@ pub struct FoundEffect {
     pub left_over: f64,
     /// Its stage of the model.
     pub stage: Option<Stage>,
+    /// Intervals of 95 % of its parameters in their order, of an asymmetry the thresholds before the
+    /// slopes, the positive side before the negative; `None` where the fit does not move one.
+    pub intervals: Vec<Interval>,
     /// Its numbers where it has no stage of its own.
     pub numbers: Vec<(&'static str, f64)>,
 }
@@ -99,6 +103,8 @@ pub struct Diagnosis {
     pub noise: (f64, Source),
     /// Rms of the baseline in um.
     pub baseline: Roles,
+    /// Rms in um of the user's own model with all its numbers fitted anew, where that is the baseline.
+    pub refitted: Option<Roles>,
     /// Rms of the extended model in um.
     pub extended: Roles,
     /// The bar in um: an rms excess on the select records below it is nothing.
@@ -127,6 +133,29 @@ pub fn excess(rms: f64, noise: f64) -> f64 {
 }
 
 impl FoundEffect {
+    /// All its numbers, those of a map one by one, with their intervals.
+    pub(super) fn numbers_with_intervals(
+        &self,
+    ) -> impl Iterator<Item = (String, f64, Interval)> + '_ {
+        let mut numbers: Vec<(String, f64)> = Vec::new();
+        if let Some(Stage::Asymmetry(map)) = &self.stage {
+            for (key, sides) in [("thresholds", &map.thresholds), ("slopes", &map.slopes)] {
+                for (sign, side) in [("positive", &sides.positive), ("negative", &sides.negative)] {
+                    let named = |(i, &x): (usize, &f64)| (format!("{key}.{sign}.{i}"), x);
+                    numbers.extend(side.iter().enumerate().map(named));
+                }
+            }
+        }
+        let keyed = self.parameters().into_iter();
+        numbers.extend(keyed.map(|(key, x)| (key.to_owned(), x)));
+        let ends = self.intervals.iter().copied();
+        let ends = ends.chain(std::iter::repeat(None));
+        numbers
+            .into_iter()
+            .zip(ends)
+            .map(|((key, x), ends)| (key, x, ends))
+    }
+
     /// Its numbers under the keys of `model.toml`.
     pub fn parameters(&self) -> Vec<(&'static str, f64)> {
         match &self.stage {
@@ -137,6 +166,11 @@ impl FoundEffect {
 }
 
 impl Diagnosis {
+    /// Rms of what effects are held against: the baseline, fitted to the data.
+    pub(super) fn fitted_baseline(&self) -> &Roles {
+        self.refitted.as_ref().unwrap_or(&self.baseline)
+    }
+
     /// The share of the baseline's excess on the report records that the extended model closes; `None`
     /// where the baseline leaves none.
     pub fn closed(&self) -> Option<f64> {
@@ -144,73 +178,5 @@ impl Diagnosis {
         let (before, after) = (self.baseline.report?, self.extended.report?);
         let before = excess(before, noise);
         (before > self.bar_um).then(|| 1.0 - excess(after, noise) / before)
-    }
-
-    /// The contents of `diagnosis.json`; lengths in the unit of the data set, parameters under the keys
-    /// and in the units of `model.toml`.
-    pub fn to_json(&self, places: &[Value]) -> Value {
-        let length = |um: f64| self.unit.from_um(um);
-        let roles = |roles: &Roles| {
-            json!({
-                "fit": roles.fit.map(length),
-                "select": roles.select.map(length),
-                "report": roles.report.map(length),
-            })
-        };
-        let effects: Vec<Value> = self
-            .effects
-            .iter()
-            .map(|found| {
-                let mut parameters = serde_json::Map::new();
-                for (key, value) in found.parameters() {
-                    parameters.insert(key.to_owned(), value.into());
-                }
-                if let Some(Stage::Asymmetry(map)) = &found.stage {
-                    parameters.insert("thresholds".to_owned(), json!(map.thresholds));
-                    parameters.insert("slopes".to_owned(), json!(map.slopes));
-                }
-                json!({
-                    "name": found.effect.name(),
-                    "also_possible": found.also_possible.iter().map(|e| e.name()).collect::<Vec<_>>(),
-                    "left_over": found.left_over,
-                    "inverted": found.effect.template().inverted(),
-                    "parameters": parameters,
-                })
-            })
-            .collect();
-        let screened: serde_json::Map<String, Value> = self
-            .screened
-            .iter()
-            .map(|(effect, um)| (effect.name().to_owned(), length(*um).into()))
-            .collect();
-        let ablation: serde_json::Map<String, Value> = self
-            .ablation
-            .iter()
-            .map(|left_out| {
-                (
-                    left_out.effect.name().to_owned(),
-                    length(left_out.select_um).into(),
-                )
-            })
-            .collect();
-        json!({
-            "name": self.name,
-            "verdict": self.verdict,
-            "effects": effects,
-            "gap": {
-                "unit": self.unit.symbol(),
-                "noise_floor": length(self.noise.0),
-                "noise_floor_source": self.noise.1,
-                "bar": length(self.bar_um),
-                "baseline": roles(&self.baseline),
-                "extended": roles(&self.extended),
-                "closed": self.closed(),
-            },
-            "where": places,
-            "screened_select_rms": screened,
-            "ablation_select_rms": ablation,
-            "next_record": self.next_record,
-            "notes": self.notes,
-        })
     }
 }

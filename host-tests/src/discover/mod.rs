@@ -3,9 +3,11 @@
 mod baseline;
 pub mod blind;
 mod diagnosis;
+mod json;
 pub mod localise;
 mod naming;
 mod next_record;
+mod own_model;
 mod page;
 mod search;
 mod words;
@@ -13,6 +15,7 @@ mod workflow;
 
 pub use baseline::Baseline;
 pub use diagnosis::{Ablation, Diagnosis, FoundEffect, RecordResiduals, Residuals, Roles, Verdict};
+pub use json::schema_text;
 pub use next_record::next_record;
 pub use page::page;
 pub use workflow::{Options, diagnose};

@@ -295,9 +295,11 @@ impl Search {
     /// The model without the effect of a step, fitted anew.
     fn without(&self, fit: &JointFit<'_>, place: usize) -> Result<Option<Candidate>, Error> {
         let effect = self.best.steps[place].effect;
-        // Modes come more than once, in the order of the terms.
+        // Modes come more than once, in the order of the terms, the baseline's own first.
+        let own = self.base.joint.terms.iter();
+        let own = own.filter(|term| term.effect == effect).count();
         let earlier = self.best.steps[..place].iter();
-        let earlier = earlier.filter(|step| step.effect == effect).count();
+        let earlier = own + earlier.filter(|step| step.effect == effect).count();
         let terms = &self.best.found.joint.terms;
         let mut of_effect = terms.iter().enumerate().filter(|(_, t)| t.effect == effect);
         let Some((index, _)) = of_effect.nth(earlier) else {

@@ -21,8 +21,18 @@ impl Diagnosis {
             Verdict::Unknown => format!(
                 "Something is missing that no effect of the library explains: on the select records the \
                  baseline leaves {} beyond a noise of {}.",
-                self.length(excess(self.baseline.select.unwrap_or(f64::NAN), noise)),
+                self.length(excess(
+                    self.fitted_baseline().select.unwrap_or(f64::NAN),
+                    noise
+                )),
                 self.length(noise)
+            ),
+            Verdict::None if self.refitted.is_some() => format!(
+                "No effect is missing: with its numbers fitted anew the model leaves no more than the \
+                 noise of {} ({}). {}",
+                self.length(noise),
+                source.describe(),
+                self.shrinks()
             ),
             Verdict::None => format!(
                 "Nothing is missing: the baseline leaves {} and the noise is {} ({}).",

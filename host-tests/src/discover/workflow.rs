@@ -12,6 +12,7 @@ use super::diagnosis::{
     Diagnosis, FoundEffect, RecordResiduals, Residuals, Roles, Verdict, excess,
 };
 use super::naming::{BAR, Search, WORTH};
+use super::own_model;
 use super::search::{Candidate, Ground, rms};
 
 /// Least share of the excess on the report records that the effects must close.
@@ -61,7 +62,12 @@ pub fn diagnose(
     }
     let search = best.ok_or_else(|| Error::request("there is nothing to diagnose".to_owned()))?;
     progress("opening the report records");
-    search.conclude(dataset)
+    let ground = search.ground.clone();
+    let mut found = search.conclude(dataset)?;
+    if let Baseline::Model(model) = &options.baseline {
+        own_model::report(model, &ground, dataset, &mut found)?;
+    }
+    Ok(found)
 }
 
 /// The saturated baseline on each of the two kinds of histories, where both are likely.
@@ -160,6 +166,10 @@ impl Search {
         } else {
             &self.best.steps[..]
         };
+        let intervals = match steps {
+            [] => Vec::new(),
+            _ => fit.intervals(&found.joint)?,
+        };
         let model = |ground: &Ground, candidate: &Candidate| {
             let fit = ground.fit();
             joint_model(&dataset.name, &candidate.joint, &fit)
@@ -168,14 +178,17 @@ impl Search {
         let effects = steps
             .iter()
             .map(|step| {
-                // Modes come more than once, in the order of the terms.
-                let earlier = counted.iter().filter(|e| **e == step.effect).count();
+                // Modes come more than once, in the order of the terms, the baseline's own first.
+                let own = self.base.joint.terms.iter();
+                let own = own.filter(|t| t.effect == step.effect).count();
+                let earlier = own + counted.iter().filter(|e| **e == step.effect).count();
                 counted.push(step.effect);
                 let term = found
                     .joint
                     .terms
                     .iter()
-                    .filter(|t| t.effect == step.effect)
+                    .enumerate()
+                    .filter(|(_, t)| t.effect == step.effect)
                     .nth(earlier);
                 let rivals = step.rivals.iter().map(|rival| model(&step.ground, rival));
                 Ok(FoundEffect {
@@ -183,7 +196,12 @@ impl Search {
                     also_possible: step.rivals.iter().filter_map(Candidate::newest).collect(),
                     rivals: rivals.collect::<Result<_, Error>>()?,
                     left_over: step.left_over,
-                    stage: term.and_then(|t| t.effect.template().stage(&t.numbers, &seen, gain)),
+                    stage: term
+                        .and_then(|(_, t)| t.effect.template().stage(&t.numbers, &seen, gain))
+                        .map(|stage| stage.signed(ground.runs.sign)),
+                    intervals: term
+                        .and_then(|(index, _)| intervals.get(index).cloned())
+                        .unwrap_or_default(),
                     numbers: match step.effect {
                         Effect::RateDependence => vec![("beta_s", found.joint.core.beta)],
                         _ => Vec::new(),
@@ -191,13 +209,6 @@ impl Search {
                 })
             })
             .collect::<Result<_, Error>>()?;
-        let roles = |ground: &Ground, candidate: &Candidate| {
-            Ok::<_, Error>(Roles {
-                fit: rms(ground, candidate, Role::Fit)?,
-                select: rms(ground, candidate, Role::Select)?,
-                report: rms(ground, candidate, Role::Report)?,
-            })
-        };
         Ok(Diagnosis {
             name: dataset.name.clone(),
             unit: dataset.output_unit,
@@ -205,6 +216,7 @@ impl Search {
             effects,
             noise: self.noise,
             baseline: roles(&self.ground, &self.base)?,
+            refitted: None,
             extended: roles(ground, found)?,
             bar_um: BAR * self.noise.0,
             screened: self.screened.clone(),
@@ -223,8 +235,17 @@ impl Search {
     }
 }
 
+/// Rms of a model by role.
+pub(super) fn roles(ground: &Ground, candidate: &Candidate) -> Result<Roles, Error> {
+    Ok(Roles {
+        fit: rms(ground, candidate, Role::Fit)?,
+        select: rms(ground, candidate, Role::Select)?,
+        report: rms(ground, candidate, Role::Report)?,
+    })
+}
+
 /// What a model leaves over of every record's scored samples.
-fn residuals(
+pub(super) fn residuals(
     dataset: &Dataset,
     ground: &Ground,
     candidate: &Candidate,

@@ -6,7 +6,7 @@ use super::cycles::{range, turning_points};
 use super::run::Run;
 
 /// Where a noise floor was estimated from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Source {
     /// Differences between repeated cycles of the drive.

@@ -296,7 +296,7 @@ fn median_frequency(drive: &[f64], sample_time_s: f64) -> Option<f64> {
 /// compute in volts. `sign` is that of the stage's gain.
 pub(super) fn model_file(name: &str, fitted: &Fitted, effects: &[Stage], sign: f64) -> ModelFile {
     let gain: f64 = fitted.weights.iter().sum();
-    let mut stages: Vec<Stage> = effects.to_vec();
+    let mut stages: Vec<Stage> = effects.iter().map(|stage| stage.signed(sign)).collect();
     stages.push(Stage::Hysteresis(Hysteresis {
         thresholds_v: fitted.plays.thresholds.clone(),
         weights: fitted.weights.iter().map(|a| a / gain).collect(),
@@ -317,17 +317,6 @@ pub(super) fn model_file(name: &str, fitted: &Fitted, effects: &[Stage], sign: f
         gain_um_per_v: sign * gain,
         offset_um: 0.0,
     }));
-    for stage in &mut stages {
-        match stage {
-            Stage::Congruency(law) => law.kappa *= sign,
-            Stage::Drift(drift) => drift.amplitude *= sign,
-            Stage::MainsHum(hum) => {
-                hum.amplitude *= sign;
-                hum.third_amplitude *= sign;
-            }
-            _ => {}
-        }
-    }
     stages.sort_by_key(Stage::place);
     ModelFile::new(name, stages)
 }

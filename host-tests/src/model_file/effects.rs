@@ -204,6 +204,22 @@ impl Stage {
         }
     }
 
+    /// The stage beside a gain of the other sign, where `sign` is -1: what is added to or measured by the
+    /// displacement changes sign with it.
+    pub fn signed(&self, sign: f64) -> Self {
+        let mut stage = self.clone();
+        match &mut stage {
+            Self::Congruency(law) => law.kappa *= sign,
+            Self::Drift(drift) => drift.amplitude *= sign,
+            Self::MainsHum(hum) => {
+                hum.amplitude *= sign;
+                hum.third_amplitude *= sign;
+            }
+            _ => {}
+        }
+        stage
+    }
+
     /// Whether the cascade undoes the stage; of the others some lose what they hold back, and some are
     /// no motion but the sensor's.
     pub fn inverted(&self) -> bool {

@@ -4,6 +4,7 @@
 
 use std::path::{Path, PathBuf};
 
+use hysteron_host::discover::{self, blind};
 use hysteron_host::{dataset, model_file};
 
 use crate::support::Folder;
@@ -37,6 +38,8 @@ fn example(page: &str) -> String {
 fn schemas_are_up_to_date() {
     check_schema("model.schema.json", &model_file::schema_text());
     check_schema("dataset.schema.json", &dataset::schema_text());
+    check_schema("diagnosis.schema.json", &discover::schema_text());
+    check_schema("blind.schema.json", &blind::schema_text());
 }
 
 /// Every key of a schema, wherever it stands.

@@ -2,12 +2,14 @@
 //!
 //! `docs/blind.md` defines every figure.
 
+mod json;
 mod outcome;
 mod page;
 mod plan;
 mod run;
 mod scores;
 
+pub use json::schema_text;
 pub use outcome::{Answer, Named, Outcome, REVEALED};
 pub use plan::{Plan, Range};
 pub use run::{Blind, run};

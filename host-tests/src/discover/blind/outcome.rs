@@ -1,7 +1,5 @@
 //! What a diagnosis answered to a case, and whether that is right.
 
-use serde_json::{Value, json};
-
 use crate::discover::Verdict;
 use crate::plant::hidden::HiddenCase;
 
@@ -186,38 +184,6 @@ impl Outcome {
             case.noise_percent,
             case.protocol.name(),
         )
-    }
-
-    /// The case in `blind.json`.
-    pub fn to_json(&self) -> Value {
-        let case = &self.case;
-        let mut value = json!({
-            "truth": self.truth,
-            "seed": case.seed,
-            "noise_percent": case.noise_percent,
-            "strength": case.strength,
-            "bounded": self.bounded,
-            "solved": self.solved(),
-            "command": self.command(),
-        });
-        match &self.answer {
-            Err(error) => value["error"] = json!(error),
-            Ok(answer) => {
-                let effects: Vec<Value> = answer
-                    .named
-                    .iter()
-                    .map(|one| json!({ "name": one.name, "also_possible": one.also_possible }))
-                    .collect();
-                value["verdict"] = json!(verdict_name(answer.verdict));
-                value["effects"] = json!(effects);
-                value["noise_ratio"] = json!(answer.noise_ratio);
-                value["reach"] = json!(answer.reach);
-                value["closed"] = json!(answer.closed);
-                value["left_out_verdict"] = json!(answer.left_out.map(verdict_name));
-                value["seconds"] = json!(answer.seconds);
-            }
-        }
-        value
     }
 
     fn says(&self, verdict: Verdict) -> bool {

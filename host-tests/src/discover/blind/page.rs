@@ -1,8 +1,5 @@
 //! `blind.json` and its page.
 
-use serde_json::{Value, json};
-
-use crate::error::Error;
 use crate::report::{Axis, Cell, KeyFigure, Page, Plot, Section, Series, Style, Tone};
 
 use super::outcome::{Outcome, REVEALED};
@@ -10,32 +7,6 @@ use super::run::Blind;
 use super::scores::{ByEffect, Confusion, Scores, Share};
 
 impl Blind {
-    /// The contents of `blind.json`.
-    ///
-    /// # Errors
-    /// None that a run could cause; those of the serialiser.
-    pub fn to_json(&self) -> Result<Value, Error> {
-        let plan = &self.plan;
-        let range = |low: f64, high: f64| json!({ "low": low, "high": high });
-        let scores = serde_json::to_value(&self.scores)
-            .map_err(|refused| Error::request(format!("blind.json: {refused}")))?;
-        Ok(json!({
-            "plan": {
-                "cases": plan.cases,
-                "tier": plan.tier.number(),
-                "seed": plan.seed,
-                "noise_percent": range(plan.noise.low, plan.noise.high),
-                "strength": plan.strength.map(|strength| range(strength.low, strength.high)),
-                "effects": plan.effects,
-                "protocol": plan.protocol.name(),
-                "none_share": plan.none_share,
-                "leave_out": plan.leave_out,
-            },
-            "scores": scores,
-            "cases": self.outcomes.iter().map(Outcome::to_json).collect::<Vec<_>>(),
-        }))
-    }
-
     /// The page.
     pub fn page(&self) -> Page {
         let scores = &self.scores;

@@ -1,5 +1,6 @@
 //! What the outcomes of many cases come to.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::discover::Verdict;
@@ -15,7 +16,8 @@ const SIDES: f64 = 1.96;
 const NOTHING: [&str; 4] = ["none", "partial", "unknown", "error"];
 
 /// So many of so many.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(into = "Shown")]
 pub struct Share {
     /// How many have the property.
     pub count: usize,
@@ -24,7 +26,7 @@ pub struct Share {
 }
 
 /// Least, middle and largest of some figures.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Spread {
     /// Least.
     pub least: f64,
@@ -35,7 +37,7 @@ pub struct Spread {
 }
 
 /// Truth against answer, cases with one effect or none.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct Confusion {
     /// What was hidden, one a row.
     pub truths: Vec<String>,
@@ -46,7 +48,7 @@ pub struct Confusion {
 }
 
 /// The figures of one effect over the cases that reveal it.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct ByEffect {
     /// The effect.
     pub effect: String,
@@ -59,7 +61,7 @@ pub struct ByEffect {
 }
 
 /// A bin of the detection curve.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Bin {
     /// Least reach.
     pub from: f64,
@@ -70,7 +72,7 @@ pub struct Bin {
 }
 
 /// What the outcomes come to.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Scores {
     /// Diagnoses that ended in an error.
     pub errors: Share,
@@ -294,22 +296,27 @@ impl Share {
     }
 }
 
-impl Serialize for Share {
-    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        #[derive(Serialize)]
-        struct Shown {
-            count: usize,
-            of: usize,
-            rate: Option<f64>,
-            interval: Option<(f64, f64)>,
+/// A share with its rate and Wilson's interval of 95 % around it, both null of nothing.
+#[derive(Serialize, JsonSchema)]
+struct Shown {
+    /// How many have the property.
+    count: usize,
+    /// Of how many.
+    of: usize,
+    /// The share, 0 to 1.
+    rate: Option<f64>,
+    /// Low and high.
+    interval: Option<(f64, f64)>,
+}
+
+impl From<Share> for Shown {
+    fn from(share: Share) -> Self {
+        Self {
+            count: share.count,
+            of: share.of,
+            rate: share.rate(),
+            interval: share.interval(),
         }
-        Shown {
-            count: self.count,
-            of: self.of,
-            rate: self.rate(),
-            interval: self.interval(),
-        }
-        .serialize(serializer)
     }
 }
 

@@ -14,8 +14,6 @@ mod tally;
 #[cfg(test)]
 mod tests;
 
-use serde_json::{Value, json};
-
 use crate::dataset::{LengthUnit, Role};
 use crate::report::format_number;
 
@@ -108,14 +106,6 @@ pub fn places(residuals: &Residuals, noise_um: f64, modes: &[f64], unit: LengthU
     .collect();
     places.sort_by(|a, b| b.telling.total_cmp(&a.telling));
     places
-}
-
-/// The list `where` of the JSON.
-pub fn to_json(places: &[Place]) -> Vec<Value> {
-    places
-        .iter()
-        .map(|place| json!({ "axis": place.axis, "summary": place.summary, "share": place.share }))
-        .collect()
 }
 
 impl Place {

@@ -14,8 +14,13 @@ use super::words::listed;
 pub fn page(found: &Diagnosis, places: &[Place]) -> Page {
     let mut page = Page::new(format!("Diagnosis of {}", found.name));
     page.lead(format!(
-        "{} records held against a baseline of plays; effects that are missing, named and added.",
-        found.before.records.len()
+        "{} records held against {}; effects that are missing, named and added.",
+        found.before.records.len(),
+        if found.refitted.is_some() {
+            format!("the model \"{}\"", found.baseline_model.name)
+        } else {
+            "a baseline of plays".to_owned()
+        }
     ));
     page.verdict(tone(found.verdict), found.sentence());
     page.figures(figures(found, places));
@@ -57,6 +62,9 @@ fn figures(found: &Diagnosis, places: &[Place]) -> Vec<KeyFigure> {
         }
     };
     rms("baseline", "Baseline", &found.baseline);
+    if let Some(refitted) = &found.refitted {
+        rms("refitted", "Baseline fitted anew", refitted);
+    }
     rms("extended", "Extended model", &found.extended);
     figures.push(
         KeyFigure::new(
@@ -275,7 +283,10 @@ fn tried(section: &mut Section, found: &Diagnosis) {
                 "Left over of the gap (%)".to_owned(),
             ],
             found.screened.iter().map(|&(effect, um)| {
-                let before = excess(found.baseline.select.unwrap_or(f64::NAN), found.noise.0);
+                let before = excess(
+                    found.fitted_baseline().select.unwrap_or(f64::NAN),
+                    found.noise.0,
+                );
                 let left = excess(um, found.noise.0) / before.max(f64::MIN_POSITIVE);
                 vec![
                     effect.name().into(),
@@ -307,18 +318,28 @@ fn parameters(section: &mut Section, found: &Diagnosis) {
         section
             .paragraph("Parameters under the keys and in the units of model.toml (um, V, s, Hz).");
         section.table(
-            ["Effect", "Parameter", "Value", "Undone by the compensator"],
+            [
+                "Effect",
+                "Parameter",
+                "Value",
+                "Low, 95 %",
+                "High, 95 %",
+                "Undone by the compensator",
+            ],
             found.effects.iter().flat_map(|one| {
                 let undone = if one.effect.template().inverted() {
                     "yes"
                 } else {
                     "no"
                 };
-                one.parameters().into_iter().map(move |(key, value)| {
+                one.numbers_with_intervals().map(move |(key, value, ends)| {
+                    let end = |x: Option<f64>| x.map_or_else(|| "–".into(), Cell::from);
                     vec![
                         one.effect.name().into(),
                         key.into(),
                         value.into(),
+                        end(ends.map(|ends| ends.0)),
+                        end(ends.map(|ends| ends.1)),
                         undone.into(),
                     ]
                 })

@@ -24,4 +24,11 @@ impl Template for AmplifierLag {
         let tau_s = lag::tau_s(numbers, seen)?;
         Some(Stage::AmplifierLag(model_file::AmplifierLag { tau_s }))
     }
+
+    fn numbers(&self, stage: &Stage, seen: &Seen, _gain: f64) -> Option<Vec<f64>> {
+        let Stage::AmplifierLag(lag) = stage else {
+            return None;
+        };
+        Some(lag::numbers(lag.tau_s, seen))
+    }
 }

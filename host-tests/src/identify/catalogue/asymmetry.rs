@@ -20,15 +20,6 @@ const APART: f64 = 1e-3;
 /// See the [module](self).
 pub struct Asymmetry;
 
-/// Dead zones of a side that reaches to `end` um.
-fn zones(end: f64, seen: &Seen) -> usize {
-    if end < REACHED * 2.0 * seen.displacement_um {
-        0
-    } else {
-        ZONES
-    }
-}
-
 /// How many numbers there are of each kind.
 struct Layout {
     positive: usize,
@@ -38,19 +29,49 @@ struct Layout {
 }
 
 impl Layout {
-    fn new(seen: &Seen) -> Self {
-        let positive = zones(seen.line_um.1, seen);
-        let negative = zones(-seen.line_um.0, seen);
+    /// Of so many zones on each of the sides wanted.
+    fn of(zones: usize, positive: bool, negative: bool) -> Self {
         Self {
-            positive,
-            negative,
-            both: usize::from(positive > 0 && negative > 0),
+            positive: if positive { zones } else { 0 },
+            negative: if negative { zones } else { 0 },
+            both: usize::from(positive && negative),
+        }
+    }
+
+    /// That of a fit: of the sides that are reached.
+    fn new(seen: &Seen) -> Self {
+        let (positive, negative) = reached(seen);
+        Self::of(ZONES, positive, negative)
+    }
+
+    /// That of `count` numbers: four for a zone and one more where there are two sides, else two for
+    /// one of the side that is reached.
+    fn counted(count: usize, seen: &Seen) -> Self {
+        let (positive, negative) = reached(seen);
+        if count % 2 == 1 {
+            Self::of(count / 4, true, true)
+        } else if positive {
+            Self::of(count / 2, true, false)
+        } else {
+            Self::of(count / 2, false, negative)
         }
     }
 
     fn slopes(&self) -> usize {
         self.positive + self.negative + self.both
     }
+}
+
+/// Whether the sides are reached, positive and negative.
+fn reached(seen: &Seen) -> (bool, bool) {
+    let least = REACHED * 2.0 * seen.displacement_um;
+    (seen.line_um.1 >= least, -seen.line_um.0 >= least)
+}
+
+/// How far the sides reach in um; one that is hardly reached, as far as it would have to.
+fn reach(seen: &Seen) -> (f64, f64) {
+    let least = REACHED * 2.0 * seen.displacement_um;
+    (seen.line_um.1.max(least), (-seen.line_um.0).max(least))
 }
 
 /// Corners in volts, rising, and slopes of a side.
@@ -85,20 +106,21 @@ impl Template for Asymmetry {
     }
 
     fn bounds(&self, seen: &Seen, numbers: &[f64]) -> Vec<(f64, f64)> {
-        let slopes = Layout::new(seen).slopes();
+        let slopes = Layout::counted(numbers.len(), seen).slopes();
         let bound = |i| if i < slopes { (-0.9, 1.5) } else { CORNERS };
         (0..numbers.len()).map(bound).collect()
     }
 
     fn stage(&self, numbers: &[f64], seen: &Seen, gain: f64) -> Option<Stage> {
-        let layout = Layout::new(seen);
+        let layout = Layout::counted(numbers.len(), seen);
         let (more, rest) = numbers.split_at_checked(layout.positive)?;
         let (less, rest) = rest.split_at_checked(layout.negative)?;
         let (base, rest) = rest.split_at_checked(layout.both)?;
         let (above, below) = rest.split_at_checked(layout.positive)?;
-        let positive = side(1.0, more, above, seen.line_um.1 / gain);
+        let reach = reach(seen);
+        let positive = side(1.0, more, above, reach.0 / gain);
         let first = 1.0 + base.first().copied().unwrap_or(0.0);
-        let negative = side(first, less, below, -seen.line_um.0 / gain);
+        let negative = side(first, less, below, reach.1 / gain);
         Some(Stage::Asymmetry(model_file::Asymmetry {
             thresholds: TwoSided {
                 positive: positive.0,
@@ -109,5 +131,47 @@ impl Template for Asymmetry {
                 negative: negative.1,
             },
         }))
+    }
+
+    fn numbers(&self, stage: &Stage, seen: &Seen, gain: f64) -> Option<Vec<f64>> {
+        let Stage::Asymmetry(map) = stage else {
+            return None;
+        };
+        let (corners, slopes) = (&map.thresholds, &map.slopes);
+        let zones = corners.positive.len().max(corners.negative.len());
+        let (positive, negative) = reached(seen);
+        // The slope of the positive side at zero is one: the gain has it.
+        let first = *slopes.positive.first()?;
+        let below = *slopes.negative.first()? / first - 1.0;
+        // A side that is not reached is kept where it is not straight.
+        let bent = |corners: &[f64]| !corners.is_empty() || below != 0.0;
+        let layout = Layout::of(
+            zones.max(ZONES),
+            positive || bent(&corners.positive),
+            negative || bent(&corners.negative),
+        );
+        let reach = reach(seen);
+        let padded = |numbers: &[f64], scale: f64, zones: usize, idle: fn(f64) -> f64| {
+            let more = numbers.len()..zones.max(numbers.len());
+            let more = more.map(|i| idle((i + 1) as f64 / (zones + 1) as f64));
+            let own = numbers.iter().map(|x| x * scale);
+            own.chain(more).collect::<Vec<f64>>()
+        };
+        let mut numbers = padded(
+            slopes.positive.get(1..)?,
+            1.0 / first,
+            layout.positive,
+            |_| 0.0,
+        );
+        let less = slopes.negative.get(1..)?;
+        numbers.extend(padded(less, 1.0 / first, layout.negative, |_| 0.0));
+        if layout.both == 1 {
+            numbers.push(below);
+        }
+        let above = gain / reach.0;
+        numbers.extend(padded(&corners.positive, above, layout.positive, |at| at));
+        let beneath = gain / reach.1;
+        numbers.extend(padded(&corners.negative, beneath, layout.negative, |at| at));
+        Some(numbers)
     }
 }

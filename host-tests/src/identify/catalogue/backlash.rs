@@ -26,4 +26,11 @@ impl Template for Backlash {
             width: x * seen.displacement_um / gain,
         }))
     }
+
+    fn numbers(&self, stage: &Stage, seen: &Seen, gain: f64) -> Option<Vec<f64>> {
+        let Stage::Backlash(gap) = stage else {
+            return None;
+        };
+        Some(vec![gap.width * gain / seen.displacement_um])
+    }
 }

@@ -26,4 +26,11 @@ impl Template for Congruency {
             kappa: x / seen.displacement_um,
         }))
     }
+
+    fn numbers(&self, stage: &Stage, seen: &Seen, _gain: f64) -> Option<Vec<f64>> {
+        let Stage::Congruency(law) = stage else {
+            return None;
+        };
+        Some(vec![law.kappa * seen.displacement_um])
+    }
 }

@@ -49,4 +49,12 @@ impl Template for Creep {
             tau_max_s: shortest.exp() * 10f64.powf(decades),
         }))
     }
+
+    fn numbers(&self, stage: &Stage, _seen: &Seen, _gain: f64) -> Option<Vec<f64>> {
+        let Stage::Creep(creep) = stage else {
+            return None;
+        };
+        let decades = (creep.tau_max_s / creep.tau_min_s).log10();
+        Some(vec![creep.gain_per_decade, creep.tau_min_s.ln(), decades])
+    }
 }

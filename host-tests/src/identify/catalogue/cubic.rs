@@ -26,4 +26,11 @@ impl Template for Cubic {
             c: x * (gain / seen.displacement_um).powi(2),
         }))
     }
+
+    fn numbers(&self, stage: &Stage, seen: &Seen, gain: f64) -> Option<Vec<f64>> {
+        let Stage::Cubic(map) = stage else {
+            return None;
+        };
+        Some(vec![map.c * (seen.displacement_um / gain).powi(2)])
+    }
 }

@@ -35,6 +35,14 @@ impl Template for Drift {
         }))
     }
 
+    fn numbers(&self, stage: &Stage, seen: &Seen, _gain: f64) -> Option<Vec<f64>> {
+        let Stage::Drift(drift) = stage else {
+            return None;
+        };
+        let amplitude = drift.amplitude / seen.displacement_um;
+        Some(vec![amplitude, drift.tau_s.ln()])
+    }
+
     fn inverted(&self) -> bool {
         false
     }

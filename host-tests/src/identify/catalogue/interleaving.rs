@@ -26,4 +26,11 @@ impl Template for Interleaving {
             g: x / seen.drive_v,
         }))
     }
+
+    fn numbers(&self, stage: &Stage, seen: &Seen, _gain: f64) -> Option<Vec<f64>> {
+        let Stage::Interleaving(product) = stage else {
+            return None;
+        };
+        Some(vec![product.g * seen.drive_v])
+    }
 }

@@ -18,3 +18,8 @@ pub(super) fn tau_s(numbers: &[f64], seen: &Seen) -> Option<f64> {
     let &[x] = numbers else { return None };
     Some(x.exp() * seen.sample_time_s)
 }
+
+/// The number of a time constant.
+pub(super) fn numbers(tau_s: f64, seen: &Seen) -> Vec<f64> {
+    vec![(tau_s / seen.sample_time_s).ln()]
+}

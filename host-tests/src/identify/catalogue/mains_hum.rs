@@ -115,6 +115,23 @@ impl Template for MainsHum {
         }))
     }
 
+    fn numbers(&self, stage: &Stage, seen: &Seen, _gain: f64) -> Option<Vec<f64>> {
+        let Stage::MainsHum(hum) = stage else {
+            return None;
+        };
+        let at = |amplitude: f64, phase: f64| {
+            let size = amplitude / seen.displacement_um;
+            [size * phase.sin(), size * phase.cos()]
+        };
+        let [cosine, sine] = at(hum.amplitude, hum.phase_rad);
+        let [third_cosine, third_sine] = at(hum.third_amplitude, hum.third_phase_rad);
+        let near = |line: &f64| (hum.frequency_hz / line - 1.0).abs() < OFF;
+        let line = [50.0, 60.0].into_iter().find(near);
+        let line = line.unwrap_or(hum.frequency_hz);
+        let off = (hum.frequency_hz - line) * (seen.time_s.1 - seen.time_s.0);
+        Some(vec![cosine, sine, third_cosine, third_sine, off, line])
+    }
+
     fn inverted(&self) -> bool {
         false
     }

@@ -26,6 +26,9 @@ mod sensor_lag;
 mod slew_limit;
 mod transport_delay;
 
+#[cfg(test)]
+mod tests;
+
 use serde::Serialize;
 
 pub use mains_hum::hum_starts;
@@ -90,6 +93,9 @@ pub trait Template: Sync {
     fn bounds(&self, seen: &Seen, numbers: &[f64]) -> Vec<(f64, f64)>;
     /// The stage of a model file; the rate term has none of its own.
     fn stage(&self, numbers: &[f64], seen: &Seen, gain: f64) -> Option<Stage>;
+    /// The way back: the numbers of a stage that acts on an output of the hysteresis of `gain` um/V.
+    /// `None` for the stage of another effect.
+    fn numbers(&self, stage: &Stage, seen: &Seen, gain: f64) -> Option<Vec<f64>>;
     /// Why the records cannot show it, if so.
     fn hidden(&self, _seen: &Seen) -> Option<&'static str> {
         None

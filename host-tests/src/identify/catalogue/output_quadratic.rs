@@ -26,4 +26,11 @@ impl Template for OutputQuadratic {
             q: x / seen.displacement_um * gain,
         }))
     }
+
+    fn numbers(&self, stage: &Stage, seen: &Seen, gain: f64) -> Option<Vec<f64>> {
+        let Stage::OutputQuadratic(map) = stage else {
+            return None;
+        };
+        Some(vec![map.q * seen.displacement_um / gain])
+    }
 }

@@ -61,6 +61,13 @@ impl Template for Quantisation {
         }))
     }
 
+    fn numbers(&self, stage: &Stage, seen: &Seen, _gain: f64) -> Option<Vec<f64>> {
+        let Stage::Quantisation(steps) = stage else {
+            return None;
+        };
+        Some(vec![steps.step / seen.displacement_um])
+    }
+
     fn inverted(&self) -> bool {
         false
     }

@@ -24,6 +24,10 @@ impl Template for RateDependence {
         None
     }
 
+    fn numbers(&self, _stage: &Stage, _seen: &Seen, _gain: f64) -> Option<Vec<f64>> {
+        None
+    }
+
     fn hidden(&self, seen: &Seen) -> Option<&'static str> {
         (seen.frequency_span < DECADE)
             .then_some("the records span less than a decade of frequencies")

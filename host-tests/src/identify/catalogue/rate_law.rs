@@ -25,6 +25,13 @@ impl Template for RateLaw {
         Some(Stage::RateLaw(model_file::RateLaw { exponent: 1.0 + x }))
     }
 
+    fn numbers(&self, stage: &Stage, _seen: &Seen, _gain: f64) -> Option<Vec<f64>> {
+        let Stage::RateLaw(law) = stage else {
+            return None;
+        };
+        Some(vec![law.exponent - 1.0])
+    }
+
     fn hidden(&self, seen: &Seen) -> Option<&'static str> {
         (seen.frequency_span < DECADE)
             .then_some("the records span less than a decade of frequencies")

@@ -38,4 +38,11 @@ impl Template for Resonance {
             zeta: damping.exp(),
         }))
     }
+
+    fn numbers(&self, stage: &Stage, _seen: &Seen, _gain: f64) -> Option<Vec<f64>> {
+        let Stage::Resonance(mode) = stage else {
+            return None;
+        };
+        Some(vec![mode.f_n_hz.ln(), mode.zeta.ln()])
+    }
 }

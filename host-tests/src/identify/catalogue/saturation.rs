@@ -27,6 +27,13 @@ impl Template for Saturation {
         }))
     }
 
+    fn numbers(&self, stage: &Stage, seen: &Seen, _gain: f64) -> Option<Vec<f64>> {
+        let Stage::Saturation(limit) = stage else {
+            return None;
+        };
+        Some(vec![limit.limit_v / seen.drive_v])
+    }
+
     fn inverted(&self) -> bool {
         false
     }

@@ -25,6 +25,13 @@ impl Template for SensorLag {
         Some(Stage::SensorLag(model_file::SensorLag { tau_s }))
     }
 
+    fn numbers(&self, stage: &Stage, seen: &Seen, _gain: f64) -> Option<Vec<f64>> {
+        let Stage::SensorLag(lag) = stage else {
+            return None;
+        };
+        Some(lag::numbers(lag.tau_s, seen))
+    }
+
     fn inverted(&self) -> bool {
         false
     }

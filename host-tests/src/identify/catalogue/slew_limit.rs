@@ -30,6 +30,13 @@ impl Template for SlewLimit {
         }))
     }
 
+    fn numbers(&self, stage: &Stage, seen: &Seen, _gain: f64) -> Option<Vec<f64>> {
+        let Stage::SlewLimit(limit) = stage else {
+            return None;
+        };
+        Some(vec![(limit.slew_v_per_s / seen.rate_v_per_s).ln()])
+    }
+
     fn inverted(&self) -> bool {
         false
     }

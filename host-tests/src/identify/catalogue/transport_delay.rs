@@ -26,4 +26,11 @@ impl Template for TransportDelay {
             delay_s: x * seen.sample_time_s,
         }))
     }
+
+    fn numbers(&self, stage: &Stage, seen: &Seen, _gain: f64) -> Option<Vec<f64>> {
+        let Stage::TransportDelay(delay) = stage else {
+            return None;
+        };
+        Some(vec![delay.delay_s / seen.sample_time_s])
+    }
 }

@@ -7,6 +7,7 @@
 mod blocks;
 mod descend;
 mod frame;
+mod intervals;
 mod responses;
 mod screen;
 mod simulate;
@@ -14,6 +15,7 @@ mod solve;
 mod terms;
 
 pub use descend::SETTLED;
+pub use intervals::Interval;
 pub use screen::Lead;
 pub use simulate::Core;
 pub use terms::Terms;

@@ -124,7 +124,7 @@ impl JointFit<'_> {
     }
 
     /// A signal of the runs at the rows, weighted, less its mean over each run that has its own offset.
-    fn at_rows(&self, runs: &[Vec<f64>]) -> DVector<f64> {
+    pub(super) fn at_rows(&self, runs: &[Vec<f64>]) -> DVector<f64> {
         let mut rows = Vec::new();
         for (frame, signal) in self.fitted_frames().iter().zip(runs) {
             let own = self.own_offset(frame);

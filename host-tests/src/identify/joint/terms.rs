@@ -50,11 +50,16 @@ impl Terms {
         Self(terms)
     }
 
-    /// Term and place in it of every number that a fit may move.
+    /// Term and place in it of every number that a fit may move: none of an effect that the records
+    /// cannot show.
     pub fn free(&self, seen: &Seen) -> Vec<(usize, usize)> {
         let mut free = Vec::new();
         for (i, term) in self.0.iter().enumerate() {
-            let bounds = term.effect.template().bounds(seen, &term.numbers);
+            let template = term.effect.template();
+            if template.hidden(seen).is_some() {
+                continue;
+            }
+            let bounds = template.bounds(seen, &term.numbers);
             for (j, (low, high)) in bounds.into_iter().enumerate() {
                 if low < high {
                     free.push((i, j));
@@ -64,7 +69,8 @@ impl Terms {
         free
     }
 
-    /// With one number changed by `change`, held within its bounds.
+    /// With one number changed by `change`, held within its bounds; one that is beyond them, as a model
+    /// may come, goes no further.
     pub fn moved(&self, (term, number): (usize, usize), change: f64, seen: &Seen) -> Self {
         let mut moved = self.clone();
         if let Some(term) = moved.0.get_mut(term) {
@@ -72,7 +78,7 @@ impl Terms {
             if let (Some(value), Some(&(low, high))) =
                 (term.numbers.get_mut(number), bounds.get(number))
             {
-                *value = (*value + change).clamp(low, high);
+                *value = (*value + change).clamp(low.min(*value), high.max(*value));
             }
         }
         moved

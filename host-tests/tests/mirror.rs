@@ -135,7 +135,8 @@ fn modes_and_delay_of_a_known_response() {
     }
     for axis in 0..AXES {
         let (delay_s, at_zero) = modes::delay(&response, axis, 5.0, 400.0);
-        assert!((delay_s - DELAY_S).abs() < 5e-6, "{axis}: {delay_s}");
+        // The damping of the modes turns the phase below them, too, by up to 2 zeta / omega each.
+        assert!((delay_s - DELAY_S).abs() < 10e-6, "{axis}: {delay_s}");
         assert!(at_zero.abs() < 0.01, "{axis}: {at_zero}");
     }
 }

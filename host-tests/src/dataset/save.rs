@@ -16,6 +16,25 @@ pub(crate) struct Columns<'a> {
     pub(crate) output: &'a str,
 }
 
+impl Dataset {
+    /// Writes the data set into a folder, all its files or none: time in seconds (`time_s`), drive in
+    /// volts (`drive_v`), displacement in the data set's own unit.
+    ///
+    /// # Errors
+    /// A folder or file that cannot be written, a number that is not finite.
+    pub fn save(&self, folder: impl AsRef<Path>) -> Result<(), Error> {
+        let mut out = OutputFolder::create(folder)?;
+        let columns = Columns {
+            time_unit: TimeUnit::Second,
+            input: "drive",
+            input_unit: VoltageUnit::Volt,
+            output: "displacement",
+        };
+        add_files(self, &columns, &mut out, Path::new(""))?;
+        out.commit()
+    }
+}
+
 /// Stages a CSV file for each record and a `dataset.toml` in the folder `below` of `out`.
 pub(crate) fn add_files(
     dataset: &Dataset,

@@ -6,6 +6,7 @@ pub mod demo;
 pub mod j;
 pub mod m;
 pub mod references;
+pub mod worked;
 
 use std::fmt::Display;
 

@@ -13,6 +13,9 @@ pub enum Source {
     Repeats,
     /// Displacement while the drive rests.
     Rest,
+    /// Differences between whole periods of a drive that has no like cycles, as a multisine.
+    #[serde(rename = "repeats")]
+    Periods,
     /// What is left of the displacement above the band of its motion.
     HighPass,
 }
@@ -23,6 +26,7 @@ impl Source {
         match self {
             Self::Repeats => "from repeated cycles",
             Self::Rest => "from rests of the drive",
+            Self::Periods => "from repeated periods",
             Self::HighPass => "from the residue above the band of motion",
         }
     }
@@ -49,6 +53,8 @@ fn of_run(run: &Run) -> (f64, Source) {
         (rms, Source::Repeats)
     } else if let Some(rms) = rest(&run.drive, &run.displacement) {
         (rms, Source::Rest)
+    } else if let Some(rms) = periods(&run.drive, &run.displacement) {
+        (rms, Source::Periods)
     } else {
         (high_pass(&run.displacement), Source::HighPass)
     }
@@ -93,6 +99,28 @@ fn repeats(drive: &[f64], displacement: &[f64]) -> Option<f64> {
         count += second;
     }
     (count >= 16).then(|| (squares / count as f64).sqrt())
+}
+
+/// Rms of what the last whole period of the drive differs from the one before, over the root of two.
+///
+/// Of two periods only the later halves count: the first one may have started in another state.
+fn periods(drive: &[f64], displacement: &[f64]) -> Option<f64> {
+    const LEAST: usize = 64;
+    let same = 0.002 * range(drive);
+    let count = drive.len();
+    let period = (LEAST..=count / 2).find(|&period| {
+        let pairs = drive[period..].iter().zip(drive);
+        same > 0.0 && pairs.into_iter().all(|(a, b)| (a - b).abs() <= same)
+    })?;
+    let settled = if count >= 3 * period {
+        count - period
+    } else {
+        count - period / 2
+    };
+    let squares: f64 = (settled..count)
+        .map(|k| 0.5 * (displacement[k] - displacement[k - period]).powi(2))
+        .sum();
+    Some((squares / (count - settled) as f64).sqrt())
 }
 
 /// Rms about a straight line while the drive stands still for at least 50 samples.
@@ -140,4 +168,39 @@ fn high_pass(displacement: &[f64]) -> f64 {
         .sum();
     let count = displacement.len().saturating_sub(4).max(1);
     (squares / count as f64 / 70.0).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::TAU;
+
+    /// Three tones that never come to two like cycles, and white noise of a known size.
+    #[test]
+    fn noise_of_a_drive_that_repeats_as_a_whole() {
+        let tones = [(3.0, 0.1), (7.0, 2.0), (16.0, 4.0)];
+        let drive: Vec<f64> = (0..2048)
+            .map(|k| {
+                let at = TAU * f64::from(k % 1024) / 1024.0;
+                tones
+                    .iter()
+                    .map(|(line, phase)| (line * at + phase).sin())
+                    .sum()
+            })
+            .collect();
+        let mut state = 1u64;
+        let mut uniform = || {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
+            (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+        };
+        let noisy: Vec<f64> = drive.iter().map(|u| 5.0 * u + uniform()).collect();
+        // Uniform noise of width one.
+        let truth = (1.0f64 / 12.0).sqrt();
+        let found = periods(&drive, &noisy).unwrap();
+        assert!((found / truth - 1.0).abs() < 0.15, "{found}");
+        assert_eq!(periods(&drive[..2040], &noisy[..2040]), None);
+        assert_eq!(periods(&[1.0; 500], &[0.0; 500]), None);
+    }
 }

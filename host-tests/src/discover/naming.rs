@@ -133,7 +133,7 @@ impl Search {
         let mut beam = vec![self.best.clone()];
         for depth in 0..MOST {
             let mut next: Vec<Path> = Vec::new();
-            for path in &beam {
+            for (rank, path) in beam.iter().enumerate() {
                 let noise = self.heard(&path.ground);
                 let hopes = |promised: f64| {
                     // Half of what is wanted: a start promises less than its fit holds.
@@ -141,6 +141,9 @@ impl Search {
                     gain > 0.5 * (BAR * noise).powi(2)
                 };
                 if depth > 0 && !promising(&path.ground, &path.found, library, hopes)? {
+                    if rank == 0 {
+                        break;
+                    }
                     continue;
                 }
                 let (ground, found) = one_more(&path.ground, &path.found, library, progress)?;

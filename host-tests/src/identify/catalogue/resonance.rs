@@ -14,8 +14,9 @@ impl Template for Resonance {
 
     fn starts(&self, seen: &Seen) -> Vec<Vec<f64>> {
         let (low, high) = (2.0 / seen.duration_s, 0.3 / seen.sample_time_s);
-        spread(low.min(0.1 * high), high, 20)
-            .map(|f_n_hz| vec![f_n_hz.ln(), 0.04f64.ln()])
+        // Close enough for a lightly damped mode to be met by its own width.
+        spread(low.min(0.1 * high), high, 60)
+            .flat_map(|f_n_hz| [0.02f64, 0.1].map(|zeta| vec![f_n_hz.ln(), zeta.ln()]))
             .collect()
     }
 

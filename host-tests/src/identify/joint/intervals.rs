@@ -140,7 +140,7 @@ impl JointFit<'_> {
     fn spread(&self, joint: &Joint, free: usize) -> Result<Option<Spread>, Error> {
         let frames = self.fitted_frames();
         let at = self.responses(joint)?;
-        let mut signals = self.by_numbers(joint, &at)?;
+        let mut signals = self.by_numbers(joint, &at);
         signals.extend((0..joint.core.weights.len()).map(|j| at.by_weight(frames, j)));
         let ones = frames.iter().map(|frame| vec![1.0; frame.run.drive.len()]);
         signals.push(ones.collect());

@@ -14,7 +14,6 @@ pub enum Source {
     /// Displacement while the drive rests.
     Rest,
     /// Differences between whole periods of a drive that has no like cycles, as a multisine.
-    #[serde(rename = "repeats")]
     Periods,
     /// What is left of the displacement above the band of its motion.
     HighPass,

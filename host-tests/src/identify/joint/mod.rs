@@ -141,11 +141,9 @@ impl<'a> JointFit<'a> {
             };
             joint.core.beta = joint.terms.beta(&self.seen);
             // Numbers that the core refuses are no start.
-            let Ok((weights, _)) = self.weigh(&joint) else {
+            if self.settle(&mut joint, SETTLED.1).is_err() {
                 continue;
-            };
-            joint.core.weights = weights;
-            self.settle(&mut joint, SETTLED.1)?;
+            }
             if best.as_ref().is_none_or(|best| joint.rms < best.rms) {
                 best = Some(joint);
             }

@@ -10,7 +10,7 @@ use crate::error::Error;
 
 use super::super::catalogue::{self, Effect};
 use super::responses::Responses;
-use super::{Joint, JointFit};
+use super::{Joint, JointFit, LEAST_DIRECT};
 
 /// Share of its own square that a change must keep beside the model's own; less is the model's.
 const NEW: f64 = 1e-6;
@@ -140,7 +140,15 @@ impl JointFit<'_> {
     fn tangent(&self, base: &Joint, at: &Responses) -> Option<Tangent> {
         let frames = self.fitted_frames();
         let mut signals = self.by_numbers(base, at);
-        signals.extend((0..base.core.weights.len()).map(|j| at.by_weight(frames, j)));
+        // A weight that its bound holds cannot follow.
+        let floor = LEAST_DIRECT * self.runs.mean_gain();
+        let held = base
+            .core
+            .weights
+            .first()
+            .is_some_and(|a| *a <= 1.001 * floor);
+        let weights = usize::from(held)..base.core.weights.len();
+        signals.extend(weights.map(|j| at.by_weight(frames, j)));
         let ones = frames.iter().map(|frame| vec![1.0; frame.run.drive.len()]);
         signals.push(ones.collect());
         let columns: Vec<DVector<f64>> = signals.iter().map(|s| self.at_rows(s)).collect();

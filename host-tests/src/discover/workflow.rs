@@ -119,6 +119,18 @@ impl Search {
                 100.0 * WORTH
             ),
         ];
+        if self
+            .best
+            .steps
+            .iter()
+            .any(|s| s.effect == Effect::Quantisation)
+        {
+            notes.push(
+                "The readings are whole steps apart. With quantisation in the model, a residual is what \
+                 the prediction lies outside of the step that was read."
+                    .to_owned(),
+            );
+        }
         if !confirmed {
             let found: Vec<&str> = self.best.steps.iter().map(|s| s.effect.name()).collect();
             notes.push(format!(

@@ -181,11 +181,8 @@ fn the_measured_mirror() {
     let mixed = asked(sets::mixed(&fit, &held_out, AXIS).unwrap());
     assert_eq!(mixed.verdict, Verdict::Unknown);
     let own = asked(sets::own(&response, &fit, &held_out, AXIS).unwrap());
-    let mode = own
-        .effects
-        .iter()
-        .find(|one| one.effect.name() == "resonance");
-    let numbers = mode.unwrap().parameters();
-    let hz = numbers.iter().find(|(key, _)| *key == "f_n_hz").unwrap().1;
-    assert!((hz / 923.0 - 1.0).abs() < 0.01, "{hz}");
+    // Several modes stand side by side: the search, which adds one at a time, must not claim to know.
+    assert_eq!(own.verdict, Verdict::Unknown);
+    let best = own.screened.iter().min_by(|a, b| a.1.total_cmp(&b.1));
+    assert_eq!(best.unwrap().0.name(), "resonance");
 }

@@ -31,20 +31,30 @@ impl Source {
     }
 }
 
+/// Where rests are this much quieter than repeated cycles, over these, the cycles do not repeat: a mode
+/// rings on, or a line of the mains runs along. Much less is a reading that stands still on a step.
+const QUIETER: std::ops::Range<f64> = 0.02..0.5;
+
 /// Rms noise of the displacement in micrometres, from the best source that any of the runs offers, and
 /// that source: the lower quartile of the runs' estimates. Zero runs give `None`.
 pub fn floor(runs: &[Run]) -> Option<(f64, Source)> {
     let estimates: Vec<(f64, Source)> = runs.iter().map(of_run).collect();
     let best = estimates.iter().map(|(_, source)| *source).min()?;
-    let mut chosen: Vec<f64> = estimates
-        .iter()
-        .filter(|(_, source)| *source == best)
-        .map(|(rms, _)| *rms)
-        .collect();
+    let found = quartile(&estimates, best)?;
+    let rest = quartile(&estimates, Source::Rest).filter(|rest| QUIETER.contains(&(rest / found)));
+    Some(match rest {
+        Some(rest) => (rest, Source::Rest),
+        None => (found, best),
+    })
+}
+
+/// Lower quartile of the estimates from one source: creep, drift or hum tell repeated cycles of some runs
+/// apart; noise is in all of them.
+fn quartile(estimates: &[(f64, Source)], wanted: Source) -> Option<f64> {
+    let of_source = estimates.iter().filter(|(_, source)| *source == wanted);
+    let mut chosen: Vec<f64> = of_source.map(|(rms, _)| *rms).collect();
     chosen.sort_by(f64::total_cmp);
-    // Creep, drift or hum tell repeated cycles of some runs apart; noise is in all of them.
-    let rms = chosen.get(chosen.len() / 4)?;
-    Some((*rms, best))
+    chosen.get(chosen.len() / 4).copied()
 }
 
 fn of_run(run: &Run) -> (f64, Source) {

@@ -50,6 +50,7 @@ fn found((hide, effect, key): Parameter, seed: u64, noise_percent: f64) -> Found
     let options = Options {
         baseline: Baseline::RateIndependent,
         library: vec![effect],
+        ..Options::default()
     };
     let diagnosis = diagnose(&hidden.dataset, &options, &|_| {}).unwrap();
     let json = diagnosis.to_json(&[]);

@@ -144,6 +144,7 @@ fn found(truth: &ModelFile, baseline: &ModelFile) -> Diagnosis {
     let options = Options {
         baseline: Baseline::Model(Box::new(baseline.clone())),
         library: LIBRARY.to_vec(),
+        ..Options::default()
     };
     diagnose(&measured(truth, 7), &options, &|_| {}).unwrap()
 }

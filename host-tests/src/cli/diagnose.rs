@@ -36,6 +36,9 @@ pub struct Arguments {
     /// Effects that may not be named, as a list with commas.
     #[arg(long, value_name = "EFFECT,...", value_delimiter = ',', value_parser = effect)]
     without: Vec<Effect>,
+    /// Draw so many sets of records without effect to find the bar for a name, instead of half the noise.
+    #[arg(long, value_name = "DRAWS", default_value_t = 0, value_parser = draws)]
+    bootstrap: usize,
 }
 
 const EXAMPLES: &str = "\
@@ -59,6 +62,14 @@ fn baseline(text: &str) -> Result<Baseline, Error> {
     }
 }
 
+fn draws(text: &str) -> Result<usize, Error> {
+    let count = text
+        .parse()
+        .ok()
+        .filter(|n| *n == 0 || (20..=10_000).contains(n));
+    count.ok_or_else(|| Error::request("draw 20 to 10000 sets, or 0 for none".to_owned()))
+}
+
 fn effect(text: &str) -> Result<Effect, Error> {
     Effect::named(text).ok_or_else(|| {
         let names: Vec<&str> = Effect::ALL.iter().map(|effect| effect.name()).collect();
@@ -74,6 +85,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     let options = Options {
         baseline,
         library: Effect::ALL.into_iter().filter(allowed).collect(),
+        bootstrap: arguments.bootstrap,
     };
     let steps = progress::steps("diagnosing");
     let mut found = diagnose(&dataset, &options, &|step| {

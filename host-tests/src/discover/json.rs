@@ -85,7 +85,7 @@ struct Gap {
     noise_floor: f64,
     /// Where it was estimated from.
     noise_floor_source: Source,
-    /// Half the noise floor: what an effect must gain to be worth its name.
+    /// What an effect must gain to be worth its name: half the noise floor, or from a bootstrap.
     bar: f64,
     /// The baseline; a model of the user's own as it was given.
     baseline: Roles,

@@ -2,6 +2,7 @@
 
 mod baseline;
 pub mod blind;
+mod bootstrap;
 mod diagnosis;
 mod json;
 pub mod localise;

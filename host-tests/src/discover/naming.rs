@@ -9,7 +9,8 @@ use crate::identify::{Source, noise};
 use super::diagnosis::{Ablation, Verdict, excess};
 use super::search::{Candidate, Ground, expand, one_more, possible, promising, sort};
 
-/// Gain on the select records below which an effect is not worth its name, over the noise.
+/// Gain on the select records below which an effect is not worth its name, over the noise, where no
+/// bootstrap has been asked for.
 pub const BAR: f64 = 0.5;
 /// Excess on the select records below which effects explain it all, over the noise: correlated noise
 /// reads too low by up to a fifth where it is estimated from repeats.
@@ -69,6 +70,8 @@ pub struct Search {
     pub base: Candidate,
     /// The noise floor in um, and its source.
     pub noise: (f64, Source),
+    /// Gain on the select records below which an effect is not worth its name, over the noise.
+    pub bar: f64,
     /// The best path.
     pub best: Path,
     /// What each effect alone leaves over on the select records in um.
@@ -85,7 +88,7 @@ impl Search {
     pub fn run(
         ground: Ground,
         base: Candidate,
-        noise: (f64, Source),
+        (noise, bar): ((f64, Source), f64),
         library: &[Effect],
         progress: &(dyn Fn(&str) + Sync),
     ) -> Result<Self, Error> {
@@ -98,6 +101,7 @@ impl Search {
             ground,
             base,
             noise,
+            bar,
             best,
             screened: Vec::new(),
             ablation: Vec::new(),
@@ -138,7 +142,7 @@ impl Search {
                 let hopes = |promised: f64| {
                     // Half of what is wanted: a start promises less than its fit holds.
                     let gain = path.found.joint.rms.powi(2) - promised * promised;
-                    gain > 0.5 * (BAR * noise).powi(2)
+                    gain > 0.5 * (self.bar * noise).powi(2)
                 };
                 if depth > 0 && !promising(&path.ground, &path.found, library, hopes)? {
                     if rank == 0 {
@@ -345,7 +349,7 @@ impl Search {
     /// Whether an effect that lowers the rms on the select records so far is worth its name.
     fn worth(&self, before: f64, after: f64, noise: f64) -> bool {
         let gain = before * before - after * after;
-        let bar = BAR * noise;
+        let bar = self.bar * noise;
         gain > bar * bar && gain > WORTH * excess(before, noise).powi(2)
     }
 

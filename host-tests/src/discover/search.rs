@@ -205,6 +205,22 @@ pub fn promising(
     Ok(leads.iter().any(|lead| hopes(lead.rms)))
 }
 
+/// The most promising of the possible effects beside a model.
+///
+/// # Errors
+/// Numbers that the core refuses.
+pub fn most_promising(
+    ground: &Ground,
+    base: &Candidate,
+    allowed: &[Effect],
+) -> Result<Vec<Lead>, Error> {
+    let fit = ground.fit();
+    let effects = possible(&fit, &base.joint.terms, allowed);
+    let mut leads = fit.leads(&base.joint, &effects)?;
+    leads.truncate(CLOSER.0);
+    Ok(leads)
+}
+
 /// One effect more: the most promising of the possible ones, fitted; where histories are chosen, once
 /// more on those that the best makes likely. The best first.
 ///
@@ -219,12 +235,7 @@ pub fn one_more(
     looked_at("screening effects");
     let mut ground = ground.clone();
     let mut rich = ground.refit(base)?;
-    let mut leads = {
-        let fit = ground.fit();
-        let effects = possible(&fit, &base.joint.terms, allowed);
-        fit.leads(&rich.joint, &effects)?
-    };
-    leads.truncate(CLOSER.0);
+    let mut leads = most_promising(&ground, &rich, allowed)?;
     looked_at("fitting the most promising effects");
     let mut found = expand(&ground.fit(), &rich, &leads)?;
     if ground.histories == Histories::Each {

@@ -8,6 +8,7 @@ use crate::identify::run::Runs;
 use crate::identify::{Source, joint_model};
 
 use super::baseline::{Baseline, Histories, saturate};
+use super::bootstrap;
 use super::diagnosis::{
     Diagnosis, FoundEffect, RecordResiduals, Residuals, Roles, Verdict, excess,
 };
@@ -25,6 +26,8 @@ pub struct Options {
     pub baseline: Baseline,
     /// Effects of the library that may be named.
     pub library: Vec<Effect>,
+    /// Sets of records without effect that are drawn to find the bar for a name; none: half the noise.
+    pub bootstrap: usize,
 }
 
 impl Default for Options {
@@ -32,6 +35,7 @@ impl Default for Options {
         Self {
             baseline: Baseline::default(),
             library: Effect::ALL.to_vec(),
+            bootstrap: 0,
         }
     }
 }
@@ -51,7 +55,14 @@ pub fn diagnose(
     let grounds = grounds(&runs, &options.baseline)?;
     let mut best: Option<Search> = None;
     for (ground, base) in grounds {
-        let search = Search::run(ground, base, noise, &options.library, progress)?;
+        let bar = match options.bootstrap {
+            draws if draws > 0 && noise.0 > 0.0 => {
+                let library = &options.library;
+                bootstrap::bar(&ground, &base, noise.0, library, draws, progress)? / noise.0
+            }
+            _ => BAR,
+        };
+        let search = Search::run(ground, base, (noise, bar), &options.library, progress)?;
         let settled = search.explains_all();
         if best.as_ref().is_none_or(|best| search.better_than(best)) {
             best = Some(search);
@@ -115,7 +126,8 @@ impl Search {
             "Records at rest have an offset of their own.".to_owned(),
             format!(
                 "An effect is added where it lowers the mean square on the select records by more than the \
-                 square of {BAR} times the noise and by {:.0} % of the squared excess.",
+                 square of {:.2} times the noise and by {:.0} % of the squared excess.",
+                self.bar,
                 100.0 * WORTH
             ),
         ];
@@ -150,7 +162,7 @@ impl Search {
         let left = |ground: &Ground, candidate: &Candidate| {
             Ok::<_, Error>(rms(ground, candidate, Role::Report)?.map(|rms| excess(rms, noise)))
         };
-        let before = left(&self.ground, &self.base)?.filter(|&before| before > BAR * noise);
+        let before = left(&self.ground, &self.base)?.filter(|&before| before > self.bar * noise);
         let after = left(&self.best.ground, &self.best.found)?;
         Ok(match (before, after) {
             (Some(before), Some(after)) => after <= (1.0 - CONFIRMED) * before,
@@ -230,7 +242,7 @@ impl Search {
             baseline: roles(&self.ground, &self.base)?,
             refitted: None,
             extended: roles(ground, found)?,
-            bar_um: BAR * self.noise.0,
+            bar_um: self.bar * self.noise.0,
             screened: self.screened.clone(),
             ablation: if steps.is_empty() {
                 Vec::new()

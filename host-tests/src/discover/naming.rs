@@ -17,6 +17,8 @@ pub const BAR: f64 = 0.5;
 const EXPLAINED: f64 = 0.7;
 /// The same below which nothing can be said to be missing where no effect is found.
 const MISSING: f64 = 1.0;
+/// The same beside effects that are known, over that bar.
+const BESIDE: f64 = 0.5;
 /// Least share of the excess before that an effect has to close, squares taken.
 pub const WORTH: f64 = 0.3;
 /// What may be left over where the effects are said to explain it all.
@@ -142,7 +144,7 @@ impl Search {
                 let hopes = |promised: f64| {
                     // Half of what is wanted: a start promises less than its fit holds.
                     let gain = path.found.joint.rms.powi(2) - promised * promised;
-                    gain > 0.5 * (self.bar * noise).powi(2)
+                    gain > 0.5 * (BESIDE * self.bar * noise).powi(2)
                 };
                 if depth > 0 && !promising(&path.ground, &path.found, library, hopes)? {
                     if rank == 0 {
@@ -176,6 +178,7 @@ impl Search {
                 self.best.found.select,
                 first.found.select,
                 self.heard(&first.ground),
+                depth > 0,
             ) {
                 break;
             }
@@ -196,7 +199,7 @@ impl Search {
         let noise = self.heard(ground);
         let before = path.found.select;
         let left = |c: &Candidate| excess(c.select, noise) / excess(before, noise).max(1e-300);
-        let worth = |c: &&Candidate| self.worth(before, c.select, noise);
+        let worth = |c: &&Candidate| self.worth(before, c.select, noise, !path.steps.is_empty());
         let followed = found.iter().filter(worth).take(BEAM);
         followed
             .filter_map(|candidate| {
@@ -256,7 +259,7 @@ impl Search {
                 effect,
                 select_um: without.select,
             });
-            if !self.worth(without.select, self.best.found.select, noise) {
+            if !self.worth(without.select, self.best.found.select, noise, true) {
                 self.best.found = without;
                 self.best.steps.remove(place);
                 self.ablation.clear();
@@ -347,9 +350,10 @@ impl Search {
     }
 
     /// Whether an effect that lowers the rms on the select records so far is worth its name.
-    fn worth(&self, before: f64, after: f64, noise: f64) -> bool {
+    /// Beside others the bar is lower: that something is missing is known then.
+    fn worth(&self, before: f64, after: f64, noise: f64, beside: bool) -> bool {
         let gain = before * before - after * after;
-        let bar = self.bar * noise;
+        let bar = if beside { BESIDE } else { 1.0 } * self.bar * noise;
         gain > bar * bar && gain > WORTH * excess(before, noise).powi(2)
     }
 

@@ -3,22 +3,22 @@
 
 use crate::error::Error;
 use crate::identify::catalogue::Effect;
-use crate::identify::joint::{JointFit, SETTLED};
+use crate::identify::joint::{JointFit, Lead, SETTLED};
 use crate::identify::{Source, noise};
 
 use super::diagnosis::{Ablation, Verdict, excess};
-use super::search::{Candidate, Ground, expand, one_more, possible, promising, sort};
+use super::search::{Candidate, Ground, expand, most_promising, one_more};
 
 /// Gain on the select records below which an effect is not worth its name, over the noise, where no
 /// bootstrap has been asked for.
 pub const BAR: f64 = 0.5;
+/// Share of that bar which is enough beside effects that are known.
+const BESIDE: f64 = 0.5;
 /// Excess on the select records below which effects explain it all, over the noise: correlated noise
 /// reads too low by up to a fifth where it is estimated from repeats.
 const EXPLAINED: f64 = 0.7;
 /// The same below which nothing can be said to be missing where no effect is found.
 const MISSING: f64 = 1.0;
-/// The same beside effects that are known, over that bar.
-const BESIDE: f64 = 0.5;
 /// Least share of the excess before that an effect has to close, squares taken.
 pub const WORTH: f64 = 0.3;
 /// What may be left over where the effects are said to explain it all.
@@ -108,16 +108,10 @@ impl Search {
             screened: Vec::new(),
             ablation: Vec::new(),
         };
-        // Steps of the reading are read off the readings; nothing is to be searched for.
-        let searched: Vec<Effect> = library
-            .iter()
-            .copied()
-            .filter(|&effect| effect != Effect::Quantisation)
-            .collect();
-        search.follow(&searched, progress)?;
+        search.follow(library, progress)?;
         if search.best.steps.len() > 1 {
             progress("holding each name against the others");
-            search.hold(&searched)?;
+            search.hold(library)?;
         }
         if library.contains(&Effect::Quantisation) {
             search.add_steps_of_reading()?;
@@ -141,12 +135,14 @@ impl Search {
             let mut next: Vec<Path> = Vec::new();
             for (rank, path) in beam.iter().enumerate() {
                 let noise = self.heard(&path.ground);
-                let hopes = |promised: f64| {
+                let promises = || {
                     // Half of what is wanted: a start promises less than its fit holds.
-                    let gain = path.found.joint.rms.powi(2) - promised * promised;
-                    gain > 0.5 * (BESIDE * self.bar * noise).powi(2)
+                    let wanted = 0.5 * (BESIDE * self.bar * noise).powi(2);
+                    let gain = |lead: &Lead| path.found.joint.rms.powi(2) - lead.rms.powi(2);
+                    let leads = most_promising(&path.ground, &path.found, library)?;
+                    Ok::<_, Error>(leads.iter().any(|lead| gain(lead) > wanted))
                 };
-                if depth > 0 && !promising(&path.ground, &path.found, library, hopes)? {
+                if depth > 0 && !promises()? {
                     if rank == 0 {
                         break;
                     }
@@ -266,14 +262,11 @@ impl Search {
                 place = 0;
                 continue;
             }
-            let others: Vec<Effect> = possible(&fit, &without.joint.terms, library)
-                .into_iter()
-                .filter(|&other| other != effect)
-                .collect();
-            let mut leads = fit.leads(&without.joint, &others)?;
+            let others = library.iter().copied().filter(|&other| other != effect);
+            let others: Vec<Effect> = others.collect();
+            let mut leads = most_promising(&ground, &without, &others)?;
             leads.truncate(AGAINST);
-            let mut against = expand(&fit, &without, &leads)?;
-            sort(&mut against);
+            let against = expand(&fit, &without, &leads)?;
             let found = &self.best.found;
             let better = against
                 .first()

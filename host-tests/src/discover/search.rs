@@ -13,7 +13,7 @@ use super::baseline::{Histories, choose_starts, crowded, judged};
 /// Modes that a model may have.
 const MODES: usize = 3;
 /// Starts of an effect that are followed to their end.
-pub const FOLLOWED: usize = 2;
+const FOLLOWED: usize = 2;
 /// Plays beside which effects are looked at.
 pub const PLAYS: usize = 28;
 /// Share of a threshold that lies between it and the next.
@@ -131,7 +131,7 @@ impl Ground {
 }
 
 /// Effects that may be added to a model, of those allowed.
-pub fn possible(fit: &JointFit<'_>, terms: &Terms, allowed: &[Effect]) -> Vec<Effect> {
+fn possible(fit: &JointFit<'_>, terms: &Terms, allowed: &[Effect]) -> Vec<Effect> {
     let count = |effect| terms.iter().filter(|term| term.effect == effect).count();
     allowed
         .iter()
@@ -143,6 +143,8 @@ pub fn possible(fit: &JointFit<'_>, terms: &Terms, allowed: &[Effect]) -> Vec<Ef
                 && match effect {
                     Effect::Resonance => count(effect) < MODES,
                     Effect::RateLaw => terms.has(Effect::RateDependence) && !terms.has(effect),
+                    // Read off the readings: nothing is to be searched for.
+                    Effect::Quantisation => false,
                     // Without a mode it is the same as the one before the modes.
                     Effect::OutputQuadratic => terms.has(Effect::Resonance) && !terms.has(effect),
                     _ => !terms.has(effect),
@@ -185,24 +187,8 @@ pub fn expand(
 }
 
 /// The best first.
-pub fn sort(candidates: &mut [Candidate]) {
+fn sort(candidates: &mut [Candidate]) {
     candidates.sort_by(|a, b| a.judged().total_cmp(&b.judged()));
-}
-
-/// Whether any effect beside those of a model promises an rms that `hopes` accepts.
-///
-/// # Errors
-/// Numbers that the core refuses.
-pub fn promising(
-    ground: &Ground,
-    found: &Candidate,
-    library: &[Effect],
-    hopes: impl Fn(f64) -> bool,
-) -> Result<bool, Error> {
-    let fit = ground.fit();
-    let effects = possible(&fit, &found.joint.terms, library);
-    let leads = fit.leads(&found.joint, &effects)?;
-    Ok(leads.iter().any(|lead| hopes(lead.rms)))
 }
 
 /// The most promising of the possible effects beside a model.

@@ -22,7 +22,7 @@ pub struct Lead {
     pub effect: Effect,
     /// Its starts, the most promising first.
     pub starts: Vec<Vec<f64>>,
-    /// Rms that the best of them promises, in um. Zero for an effect that no fit can see.
+    /// Rms that the best of them promises, in um.
     pub rms: f64,
 }
 
@@ -183,7 +183,7 @@ impl Tangent {
         let others = match changes {
             Changes::Whole(whole) => DMatrix::from_columns(std::slice::from_ref(whole)),
             Changes::ByNumber(columns) => DMatrix::from_columns(columns),
-            Changes::Unseen => return 0.0,
+            Changes::Unseen => return self.left.norm(),
         };
         let shared = self.columns.tr_mul(&others);
         let mut square = others.tr_mul(&others);

@@ -16,6 +16,7 @@ use crate::control::Path;
 use crate::record::{ModelRecord, RecordError};
 use crate::reference::{Waveform, WaveformError};
 use crate::settings::{Settings, SettingsError};
+use crate::store::Kept;
 use crate::telemetry::{Codes, Statistics};
 
 /// Version of the frames and messages: the first byte of a frame.
@@ -89,6 +90,11 @@ pub enum Command {
     },
     /// Asks for [`Answer::Statistics`].
     Statistics,
+    /// Saves settings and model in force to flash, to be in force after a reset; only with the output
+    /// off and at rest. Takes as long as an erase, and samples are late or lost meanwhile.
+    Save,
+    /// Asks for [`Answer::Kept`].
+    GetKept,
 }
 
 /// What a target replies.
@@ -117,6 +123,8 @@ pub enum Answer {
     },
     /// Counters.
     Statistics(Statistics),
+    /// What flash holds.
+    Kept(Kept),
 }
 
 /// Who answers.
@@ -157,6 +165,8 @@ pub enum Refusal {
     NotFinite,
     /// Samples before this part of the stream are missing.
     Gap,
+    /// The flash could not be written, or there is none; what was saved before is still there.
+    Flash,
 }
 
 /// What a target sends.

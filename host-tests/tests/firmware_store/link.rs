@@ -103,12 +103,13 @@ fn what_was_saved_is_in_force_after_a_reset() {
     // It compensates as one that was set over the link does.
     let mut other = Rig::new(bipolar());
     other.tell(Command::SetModel(Some(published())));
+    other.tick();
     let mut outputs = [&mut rig, &mut other].map(|rig| {
         rig.start(Path::Compensated, sine(20.0, 50.0));
         rig.ticks(2_000)
     });
     let [kept, set] = outputs.each_mut().map(std::mem::take);
-    assert_eq!(kept, set);
+    assert!(kept == set);
     assert!(kept.iter().any(|output| output.code > 40_000));
 }
 

@@ -49,6 +49,7 @@
 pub mod board;
 pub mod cascade;
 pub mod chain;
+mod checksum;
 pub mod compensator;
 pub mod control;
 pub mod dac;

@@ -7,7 +7,7 @@ use heapless::spsc::Queue;
 use crate::control::{Control, ORDERS_LEN, Order, RETIRED_LEN, Setup};
 use crate::link::{Server, Wires};
 use crate::reference::STREAM_LEN;
-use crate::settings::{Settings, SettingsError};
+use crate::settings::{Settings, SettingsError, Valid};
 use crate::store::{Boot, Keep, Unfit};
 use crate::telemetry::{QUEUE_LEN, Sample, Shared};
 
@@ -41,6 +41,15 @@ impl<'a> Memory<'a> {
         }
     }
 
+    /// Two setups. A function of its own: their room on the stack is free again when a model comes.
+    #[inline(never)]
+    fn set_up(&mut self, valid: &Valid) {
+        self.setups.clear();
+        for _ in 0..2 {
+            let _ = self.setups.push(Setup::new(valid));
+        }
+    }
+
     /// The interrupt's end, off and at rest, the link's end, and the counters.
     ///
     /// # Errors
@@ -62,8 +71,7 @@ impl<'a> Memory<'a> {
         keep: Option<&'a mut (dyn Keep + Send)>,
     ) -> Result<(Control<'a>, Server<'a>, &'a Shared), SettingsError> {
         let valid = &boot.valid;
-        self.setups.clear();
-        self.setups.extend([Setup::new(valid), Setup::new(valid)]);
+        self.set_up(valid);
         let [active, spare] = self.setups.as_mut_slice() else {
             // Never taken: both were just put there.
             return Err(SettingsError::Version);

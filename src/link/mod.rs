@@ -13,7 +13,7 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 use crate::control::Path;
-use crate::record::{ModelRecord, RecordError};
+use crate::record::{self, ModelRecord, RecordError};
 use crate::reference::{Waveform, WaveformError};
 use crate::settings::{Settings, SettingsError};
 use crate::store::Kept;
@@ -54,7 +54,7 @@ pub enum Command {
     /// Asks for [`Answer::Model`].
     GetModel,
     /// Sets or, with `None`, removes the model. In any state: the output goes on without a jump.
-    SetModel(Option<ModelRecord>),
+    SetModel(#[serde(deserialize_with = "record::deserialize")] Option<ModelRecord>),
     /// Plays a reference; not while one is being played, not in a fault. A stream starts with what
     /// was sent since the last start, so a host fills the queue first.
     Start {

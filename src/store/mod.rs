@@ -20,11 +20,11 @@ mod ram;
 pub use boot::Boot;
 pub use ram::RamFlash;
 
-use crc::{CRC_32_ISO_HDLC, Crc};
 use embedded_storage::nor_flash::NorFlash;
 use serde::{Deserialize, Serialize};
 
-use crate::record::{ModelRecord, RecordError};
+use crate::checksum::crc32;
+use crate::record::{self, ModelRecord, RecordError};
 use crate::settings::{Settings, SettingsError};
 
 /// Version of the record; raised when the encoding of [`Saved`] changes in what it already holds.
@@ -42,14 +42,13 @@ const HEADER_LEN: usize = 16;
 const COVERED_AT: usize = 4;
 const SUM_AT: usize = 12;
 
-const CHECK: Crc<u32, crc::NoTable> = Crc::<u32, crc::NoTable>::new(&CRC_32_ISO_HDLC);
-
 /// What is kept.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Saved {
     /// The bench.
     pub settings: Settings,
     /// The stage, if there was a model.
+    #[serde(deserialize_with = "record::deserialize")]
     pub model: Option<ModelRecord>,
 }
 
@@ -221,8 +220,6 @@ fn encode(saved: &Saved, number: u32, bytes: &mut Bytes) -> Option<usize> {
 
 /// Of a record, its own checksum left out.
 fn checksum(record: &[u8]) -> Option<u32> {
-    let mut digest = CHECK.digest();
-    digest.update(record.get(COVERED_AT..SUM_AT)?);
-    digest.update(record.get(HEADER_LEN..)?);
-    Some(digest.finalize())
+    let (before, after) = (record.get(COVERED_AT..SUM_AT)?, record.get(HEADER_LEN..)?);
+    Some(crc32(&[before, after]))
 }

@@ -124,9 +124,7 @@ impl NorFlash for Flash {
         for (at, word) in (offset as usize..).step_by(Self::WRITE_SIZE).zip(words) {
             let word = u32::from_le_bytes(*word);
             self.change(|| {
-                registers
-                    .cr()
-                    .write(|w| w.psize().psize32().pg().program());
+                registers.cr().write(|w| w.psize().psize32().pg().program());
                 // SAFETY: an aligned word within the sectors, with writing enabled.
                 unsafe { start().add(at).cast::<u32>().write_volatile(word) };
                 cortex_m::asm::dsb();

@@ -119,7 +119,8 @@ impl<F: NorFlash> Store<F> {
     pub const fn new(flash: F) -> Self {
         const {
             assert!(F::ERASE_SIZE >= RECORD_LEN, "a slot holds a record");
-            let whole_words = RECORD_LEN % F::WRITE_SIZE == 0 && RECORD_LEN % F::READ_SIZE == 0;
+            let whole_words =
+                RECORD_LEN.is_multiple_of(F::WRITE_SIZE) && RECORD_LEN.is_multiple_of(F::READ_SIZE);
             assert!(whole_words, "a record ends with a word");
         }
         Self { flash }

@@ -94,8 +94,8 @@ impl Sampling for Stm32h743Sampling {
     fn put(&mut self, output: Output) {
         match output.dac {
             Kind::Internal12 => {
-                // SAFETY: codes have twelve bits.
                 let code = output.code.into();
+                // SAFETY: codes have twelve bits.
                 self.dac.dhr12r1().write(|w| unsafe { w.bits(code) });
             }
             // The bus cannot fail.

@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # Builds the firmware for both boards and for QEMU and checks it: size, stack, what the sample interrupt
-# can reach and what can keep it waiting, and, in the emulator, bit-for-bit agreement with the host, instructions, faults, and the
-# whole way from a recording to a compensated reference. Runs the benchmark against C, which has
-# limits, and links the one for a board, which nothing here can run.
+# can reach and what can keep it waiting, and, in the emulator, bit-for-bit agreement with the host,
+# instructions, faults, what survives a reset, and the whole way from a recording to a compensated
+# reference. Runs the benchmark against C, which has limits, and links the one for a board, which nothing
+# here can run.
 # Needs qemu-system-arm and gcc-arm-none-eabi; see thumb-cargo.sh for the Rust compiler.
 set -euo pipefail
 

@@ -67,6 +67,7 @@ impl Setup {
     ///
     /// # Errors
     /// A model that is refused; the setup is as it was.
+    #[inline(never)]
     pub fn prepare(
         &mut self,
         settings: &Valid,

@@ -122,6 +122,12 @@ mod register {
     pub const FULL_RESET: u8 = 0xf;
 }
 
+/// The bytes that put out `code`, for who has no bus any more.
+pub const fn frame(code: u16) -> [u8; 3] {
+    let [high, low] = code.to_be_bytes();
+    [register::WRITE_AND_UPDATE, high, low]
+}
+
 impl<S: SpiDevice> Ad5761r<S> {
     /// Takes over the bus; nothing is sent yet.
     pub fn new(spi: S) -> Self {

@@ -30,6 +30,7 @@
 //! | [`safety`] | range, slew, soft start, stale references, faults |
 //! | [`dac`], [`sensor`] | codes and units, the driver of a bipolar converter |
 //! | [`settings`], [`record`] | what a host sets: bench and model, validated whole |
+//! | [`store`] | both kept in flash, whole through a power cut |
 //! | [`link`], [`telemetry`] | framed commands and replies, recorded samples, counters |
 //! | [`wiring`] | the queues between the two, for target, simulation and tests alike |
 //!
@@ -48,6 +49,7 @@
 pub mod board;
 pub mod cascade;
 pub mod chain;
+mod checksum;
 pub mod compensator;
 pub mod control;
 pub mod dac;
@@ -69,5 +71,6 @@ pub mod rls;
 pub mod safety;
 pub mod sensor;
 pub mod settings;
+pub mod store;
 pub mod telemetry;
 pub mod wiring;

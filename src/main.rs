@@ -9,14 +9,13 @@ fn main() {
 }
 
 #[cfg(target_os = "none")]
-#[rtic::app(device = stm32f4::stm32f405, peripherals = false)]
+#[rtic::app(device = hysteron::board::device, peripherals = false)]
 mod app {
     use hysteron::board::line::{Bytes, Line, Port};
-    use hysteron::board::stm32f405::Stm32f405;
-    use hysteron::board::{Board, Sampling};
+    use hysteron::board::{Board, Hardware, Sampling};
     use hysteron::control::Control;
     use hysteron::link::Server;
-    use hysteron::settings::Settings;
+    use hysteron::store::{Boot, Store};
     use hysteron::telemetry;
     use hysteron::wiring::Memory;
 
@@ -26,20 +25,28 @@ mod app {
     #[local]
     struct Local {
         control: Control<'static>,
-        samples: <Stm32f405 as Board>::Sampling,
+        samples: <Hardware as Board>::Sampling,
         server: Server<'static>,
         counters: &'static telemetry::Shared,
-        board: Stm32f405,
+        board: Hardware,
         port: Port,
         line: Line,
     }
 
-    /// The output at rest first of all, the samples last.
-    #[init(local = [memory: Memory<'static> = Memory::new(), bytes: Bytes = Bytes::new()])]
+    type Saved = Store<<Hardware as Board>::Flash>;
+
+    /// The output at rest first of all, by what was saved; the samples last.
+    #[init(local = [
+        memory: Memory<'static> = Memory::new(),
+        saved: Option<Saved> = None,
+        bytes: Bytes = Bytes::new(),
+    ])]
     fn init(cx: init::Context) -> (Shared, Local) {
-        let connected = cx.local.memory.connect(Settings::default());
+        let saved = cx.local.saved.insert(Store::new(Hardware::flash()));
+        let boot = Boot::load(saved).expect("the default settings are valid");
+        let (mut board, samples) = Hardware::start(&boot.valid);
+        let connected = cx.local.memory.connect_kept(boot, Some(saved));
         let (control, server, counters) = connected.expect("the default settings are valid");
-        let (mut board, samples) = Stm32f405::start(server.valid());
         let (port, line) = cx.local.bytes.open();
         board.apply(server.valid());
         let local = Local {

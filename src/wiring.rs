@@ -7,7 +7,8 @@ use heapless::spsc::Queue;
 use crate::control::{Control, ORDERS_LEN, Order, RETIRED_LEN, Setup};
 use crate::link::{Server, Wires};
 use crate::reference::STREAM_LEN;
-use crate::settings::{Settings, SettingsError};
+use crate::settings::{Settings, SettingsError, Valid};
+use crate::store::{Boot, Keep, Unfit};
 use crate::telemetry::{QUEUE_LEN, Sample, Shared};
 
 /// Memory that link and interrupt share, without a lock: every queue has one writer and one reader.
@@ -40,6 +41,15 @@ impl<'a> Memory<'a> {
         }
     }
 
+    /// Two setups. A function of its own: their room on the stack is free again when a model comes.
+    #[inline(never)]
+    fn set_up(&mut self, valid: &Valid) {
+        self.setups.clear();
+        for _ in 0..2 {
+            let _ = self.setups.push(Setup::new(valid));
+        }
+    }
+
     /// The interrupt's end, off and at rest, the link's end, and the counters.
     ///
     /// # Errors
@@ -48,13 +58,29 @@ impl<'a> Memory<'a> {
         &'a mut self,
         settings: Settings,
     ) -> Result<(Control<'a>, Server<'a>, &'a Shared), SettingsError> {
-        let valid = settings.validate()?;
-        self.setups.clear();
-        self.setups.extend([Setup::new(&valid), Setup::new(&valid)]);
+        self.connect_kept(Boot::new(settings)?, None)
+    }
+
+    /// The same with what was saved in force, and a place to save to.
+    ///
+    /// # Errors
+    /// None.
+    pub fn connect_kept(
+        &'a mut self,
+        mut boot: Boot,
+        keep: Option<&'a mut (dyn Keep + Send)>,
+    ) -> Result<(Control<'a>, Server<'a>, &'a Shared), SettingsError> {
+        let valid = &boot.valid;
+        self.set_up(valid);
         let [active, spare] = self.setups.as_mut_slice() else {
             // Never taken: both were just put there.
             return Err(SettingsError::Version);
         };
+        if let Err(error) = active.prepare(valid, boot.model.as_ref()) {
+            boot.model = None;
+            boot.unfit = Some(Unfit::Model(error));
+        }
+        let latency = active.latency();
         let (to_orders, orders) = self.orders.split();
         let (to_retired, retired) = self.retired.split();
         let (to_stream, stream) = self.stream.split();
@@ -68,7 +94,8 @@ impl<'a> Memory<'a> {
             stream: to_stream,
             recorded: samples,
             shared,
+            keep,
         };
-        Ok((control, Server::new(settings, valid, wires), shared))
+        Ok((control, Server::new(boot, latency, wires), shared))
     }
 }

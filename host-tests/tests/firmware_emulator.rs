@@ -16,6 +16,7 @@ use hysteron::link::{Answer, CHUNK_LEN, Command, Message, Refusal, decode};
 use hysteron::record::{Effect, Inverse, ModelRecord, Preview};
 use hysteron::reference::{Tone, Waveform};
 use hysteron::settings::Settings;
+use hysteron::store::Kept;
 use hysteron_host::pil::{Emulator, Pair, Replica, Target, Ticked};
 
 const NEEDS: &str = "HYSTERON_FIRMWARE names the ELF; scripts/check-firmware.sh builds and runs";
@@ -397,6 +398,41 @@ fn a_program_that_fails_leaves_the_converter_safe() {
         assert_eq!(code, Some(101));
         assert!(message.contains(says), "{message}");
     }
+}
+
+#[test]
+#[ignore = "needs QEMU and the firmware: scripts/check-firmware.sh"]
+fn what_was_saved_is_in_force_after_a_reset() {
+    let mut both = Both::new();
+    assert_eq!(both.ask(Command::GetKept), Answer::Kept(Kept::Nothing));
+    both.wide();
+    let record = inverted(
+        &with_effects(published()),
+        Inverse::Cascade(Preview {
+            window: 26,
+            plant_rate: PlantRate::Midpoint,
+        }),
+    );
+    both.tell(Command::SetModel(Some(record.clone())));
+    let in_force = both.ask(Command::GetSettings);
+    both.tick(false);
+    both.tell(Command::Save);
+    assert_eq!(both.ask(Command::GetKept), Answer::Kept(Kept::InForce));
+    both.tell(Command::SetModel(None));
+    for start in 0..2 {
+        both.pair.reset().unwrap();
+        both.tick(false);
+        assert_eq!(both.ask(Command::GetSettings), in_force);
+        let model = both.ask(Command::GetModel);
+        assert_eq!(model, Answer::Model(Some(record.clone())));
+        // On the way, so that the next reset hits it in full swing.
+        both.start(Path::Compensated, sine(25.0, 50.0));
+        both.ticks(300 + 200 * start);
+        assert!(both.tick(false).driver_enabled);
+    }
+    let mut emulator = both.pair.into_emulator();
+    println!("saved, stack: {} bytes", emulator.stack_bytes().unwrap());
+    assert_eq!(emulator.end().unwrap(), (Some(0), String::new()));
 }
 
 #[test]

@@ -158,7 +158,7 @@ mod bench {
     fn main() -> ! {
         static mut MEMORY: Memory<'static> = Memory::new();
         // SAFETY: one write, before the counter is used.
-        unsafe { &*stm32f4::stm32f405::RCC::ptr() }
+        unsafe { &*hysteron::board::device::RCC::ptr() }
             .apb1enr()
             .modify(|_, w| w.tim2en().enabled());
         let timer = start_counter();

@@ -20,7 +20,7 @@ mod cycles {
     use cortex_m_rt::entry;
     use defmt::println;
     use defmt_rtt as _;
-    use hysteron::board::stm32f405::full_speed;
+    use hysteron::board::part::full_speed;
     use hysteron::dim::Law;
     use hysteron::hysteresis::preview::PlantRate;
     use hysteron::wiring::Memory;

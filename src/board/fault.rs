@@ -5,8 +5,8 @@ use core::panic::PanicInfo;
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use cortex_m_rt::{ExceptionFrame, exception};
-use stm32f4::stm32f405::{DAC, GPIOB, SPI1};
 
+use super::Board;
 use crate::control::Output;
 use crate::dac::Kind;
 
@@ -23,34 +23,22 @@ pub fn set_safe(output: Output) {
 fn make_safe() {
     let safe = SAFE.load(Ordering::Relaxed);
     let code = safe as u16;
-    // SAFETY: nothing else runs any more, and every write is one that the registers allow.
-    unsafe {
-        cortex_m::interrupt::disable();
-        let (dac, gpiob, spi) = (&*DAC::ptr(), &*GPIOB::ptr(), &*SPI1::ptr());
-        if safe >> 16 == 0 {
-            dac.dhr12r1().write(|w| w.bits(code.into()));
+    cortex_m::interrupt::disable();
+    super::Hardware::make_safe(Output {
+        dac: if safe >> 16 == 0 {
+            Kind::Internal12
         } else {
-            // A transfer under way is ended by deselecting: the converter ignores a part of one.
-            gpiob.bsrr().write(|w| w.bits(1 << 0));
-            wait(|| spi.sr().read().bsy().bit_is_clear());
-            gpiob.bsrr().write(|w| w.bits(1 << 16));
-            let [high, low] = code.to_be_bytes();
-            for byte in [0x3, high, low] {
-                wait(|| spi.sr().read().txe().bit_is_set());
-                spi.dr().write(|w| w.bits(byte.into()));
-            }
-            wait(|| spi.sr().read().txe().bit_is_set());
-            wait(|| spi.sr().read().bsy().bit_is_clear());
-            gpiob.bsrr().write(|w| w.bits(1 << 0));
-        }
-        gpiob.bsrr().write(|w| w.bits(1 << (1 + 16)));
-    }
+            Kind::Bipolar16
+        },
+        code,
+        driver_enabled: false,
+    });
     #[cfg(feature = "qemu")]
     super::pil::report_fault(code);
 }
 
 /// Waits, but not for ever: a stuck bus must not keep the driver enabled.
-fn wait(done: impl Fn() -> bool) {
+pub fn wait(done: impl Fn() -> bool) {
     for _ in 0..1_000 {
         if done() {
             return;

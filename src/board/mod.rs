@@ -1,8 +1,11 @@
 //! The hardware: the only place that names vendor parts, and the only one with `unsafe`.
 //!
-//! A board gives the sample task a [`Sampling`], the link a serial port and the idle loop a watchdog.
+//! A part is a folder: its memory map and an implementor of [`Board`], which is all that the rest of
+//! the program knows of it. The feature of its name chooses it.
+//!
 //! One source serves the microcontroller and its emulator: feature `qemu` leaves out the clock tree,
-//! which QEMU never reports ready, and carries samples and link over semihosting (`pil`).
+//! which QEMU never reports ready, and the flash controller, which it lacks, and carries samples and
+//! link over semihosting (`pil`).
 
 pub mod fault;
 #[cfg(feature = "qemu")]
@@ -14,7 +17,21 @@ pub mod serial;
 #[cfg(not(feature = "qemu"))]
 pub use serial as line;
 pub mod spi;
+pub mod watchdog;
+
+#[cfg(feature = "stm32f405")]
 pub mod stm32f405;
+#[cfg(feature = "stm32f405")]
+pub use self::stm32f405 as part;
+
+#[cfg(feature = "stm32h743")]
+pub mod stm32h743;
+#[cfg(feature = "stm32h743")]
+pub use self::stm32h743 as part;
+
+pub use part::{Hardware, device};
+
+use embedded_storage::nor_flash::NorFlash;
 
 use crate::control::Output;
 use crate::settings::Valid;
@@ -37,18 +54,49 @@ pub struct Sampled {
     pub late: bool,
 }
 
-/// A board that the firmware runs on.
+/// The link's port: its interrupt comes with a byte, and as long as it was asked to, with room for one.
+pub trait Uart {
+    /// The byte that came, if one did.
+    fn receive(&mut self) -> Option<u8>;
+
+    /// Whether there is room for a byte to send.
+    fn has_room(&self) -> bool;
+
+    /// Sends a byte.
+    fn send(&mut self, byte: u8);
+
+    /// Whether the interrupt is to come when there is room.
+    fn ask_for_room(&mut self, ask: bool);
+}
+
+/// A board that the firmware runs on. Its sample interrupt is called `TIM3`, its link's `USART1`.
 pub trait Board: Sized {
     /// Its part for the sample task.
     type Sampling: Sampling;
 
+    /// The port of the link.
+    type Uart: Uart;
+
+    /// Where settings and model are saved.
+    type Flash: NorFlash;
+
+    /// The flash, before anything else; it can be read at once, and written once the board was started.
+    fn flash() -> Self::Flash;
+
     /// Brings the hardware up with the output at rest, then the driver-enable pin low, and the sample
     /// timer still stopped.
     fn start(settings: &Valid) -> (Self, Self::Sampling);
+
+    /// Opens the port of a board that was started: 921,600 baud, 8N1.
+    fn uart() -> Self::Uart;
 
     /// Starts the sample timer or sets it to another rate, and keeps the code for faults.
     fn apply(&mut self, settings: &Valid);
 
     /// Tells the watchdog that all is well; it resets a board that stays silent for 50 ms.
     fn feed_watchdog(&mut self);
+
+    /// Puts out `output`, the driver disabled, whatever state anything is in; interrupts are off for
+    /// good.
+    fn make_safe(output: Output);
 }

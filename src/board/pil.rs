@@ -4,19 +4,21 @@
 //! sample task put out. `docs/link.md` has the records. TIM2 counts one for each instruction when
 //! QEMU runs with `-icount shift=0,sleep=off`.
 
+use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use cortex_m::asm;
-use cortex_m::peripheral::NVIC;
+use cortex_m::peripheral::{NVIC, SCB};
 use heapless::Vec;
 use semihosting::io::{Read, Write, stdin, stdout};
-use stm32f4::stm32f405::{Interrupt, TIM2};
 
+use super::device::{Interrupt, TIM2, tim2};
 use super::stm32f405::Stm32f405Sampling;
 use super::{Board, Sampled, Sampling};
 use crate::control::Output;
 use crate::link::Server;
 use crate::safety::State;
+use crate::store::RamFlash;
 use crate::telemetry::Shared;
 
 static SENSOR: AtomicU32 = AtomicU32::new(0);
@@ -50,8 +52,16 @@ const HEADER_LEN: usize = 12;
 /// Bytes of the longest payload.
 const PAYLOAD_LEN: usize = 2048;
 
+/// Stands for the flash, whose controller QEMU lacks: memory that a reset leaves alone.
+pub fn flash() -> &'static mut RamFlash {
+    #[unsafe(link_section = ".uninit.FLASH")]
+    static mut FLASH: MaybeUninit<RamFlash> = MaybeUninit::uninit();
+    // SAFETY: called once after each reset, and bytes of any value are flash of some content.
+    unsafe { (&raw mut FLASH).cast::<RamFlash>().as_mut_unchecked() }
+}
+
 /// Starts the instruction counter.
-pub fn start_counter() -> &'static stm32f4::stm32f405::tim2::RegisterBlock {
+pub fn start_counter() -> &'static tim2::RegisterBlock {
     // SAFETY: nothing else uses TIM2.
     let counter = unsafe { &*TIM2::ptr() };
     counter.psc().write(|w| w.psc().set(0));
@@ -141,6 +151,10 @@ fn run<B: Board>(
                 }
             }
             b'S' => instructions = stack_used(),
+            b'R' => {
+                respond(kind, 0, 0, &[]);
+                SCB::sys_reset();
+            }
             b'P' => panic!("forced"),
             b'H' => asm::udf(),
             _ => break,

@@ -1,10 +1,10 @@
-//! The link on USART1: 921,600 baud, 8N1. An interrupt moves bytes between the port and two queues;
+//! The link on a serial port. An interrupt moves bytes between the port and two queues;
 //! the idle loop talks to the queues.
 
 use heapless::spsc::{Consumer, Producer, Queue};
-use stm32f4::stm32f405::{Interrupt, USART1};
 
-use super::Board;
+use super::device::Interrupt;
+use super::{Board, Hardware, Uart};
 use crate::link::Server;
 use crate::telemetry::Shared;
 
@@ -19,7 +19,7 @@ pub struct Bytes {
 
 /// The interrupt's part.
 pub struct Port {
-    usart: USART1,
+    uart: <Hardware as Board>::Uart,
     received: Producer<'static, u8, BYTES_LEN>,
     to_send: Consumer<'static, u8, BYTES_LEN>,
 }
@@ -45,21 +45,12 @@ impl Bytes {
         }
     }
 
-    /// Opens the port, whose clock and pins the board has set up.
+    /// Opens the port of a board that was started.
     pub fn open(&'static mut self) -> (Port, Line) {
-        // SAFETY: only the port uses USART1.
-        let usart = unsafe { stm32f4::stm32f405::Peripherals::steal() }.USART1;
-        // 84 MHz / 91 = 923,077 baud, 0.16 % off.
-        // SAFETY: a divider as the reference manual has it.
-        usart.brr().write(|w| unsafe { w.bits(91) });
-        usart.cr1().write(|w| {
-            w.ue().enabled().te().enabled().re().enabled();
-            w.rxneie().enabled()
-        });
         let (to_received, received) = self.received.split();
         let (to_send, from_send) = self.to_send.split();
         let port = Port {
-            usart,
+            uart: Hardware::uart(),
             received: to_received,
             to_send: from_send,
         };
@@ -70,23 +61,16 @@ impl Bytes {
 impl Port {
     /// Called by the interrupt.
     pub fn serve(&mut self) {
-        let status = self.usart.sr().read();
-        if status.rxne().bit_is_set() || status.ore().bit_is_set() {
-            let byte = self.usart.dr().read().bits() as u8;
+        if let Some(byte) = self.uart.receive() {
             // What does not fit is lost and the frame's checksum tells.
             let _ = self.received.enqueue(byte);
         }
-        if status.txe().bit_is_set() {
-            match self.to_send.dequeue() {
-                Some(byte) => {
-                    // SAFETY: every value is a byte to send.
-                    self.usart.dr().write(|w| unsafe { w.bits(byte.into()) });
-                    self.usart.cr1().modify(|_, w| w.txeie().enabled());
-                }
-                None => {
-                    self.usart.cr1().modify(|_, w| w.txeie().disabled());
-                }
+        if self.uart.has_room() {
+            let next = self.to_send.dequeue();
+            if let Some(byte) = next {
+                self.uart.send(byte);
             }
+            self.uart.ask_for_room(next.is_some());
         }
     }
 }

@@ -1,61 +1,43 @@
-//! SPI1 as an `embedded-hal` bus: master, mode 1, 21 MHz, 8 bit.
+//! A converter's bus as `embedded-hal` has it: master, mode 1, 8 bit.
 
 use core::convert::Infallible;
 
 use embedded_hal::spi::{ErrorType, SpiBus};
-use stm32f4::stm32f405::SPI1;
 
-/// SPI1; its clock and pins are set up by the board.
-pub struct Spi1(SPI1);
+/// The registers of a part's SPI.
+pub trait Registers {
+    /// Sends a byte as soon as there is room for it; what comes back may be lost.
+    fn send(&mut self, byte: u8);
 
-impl Spi1 {
-    /// Takes the peripheral into use.
-    pub fn new(spi: SPI1) -> Self {
-        spi.cr1().write(|w| {
-            w.mstr().master().ssm().enabled().ssi().slave_not_selected();
-            // Idle low, data taken on the falling edge, 84 MHz / 4.
-            w.cpol()
-                .idle_low()
-                .cpha()
-                .second_edge()
-                .br()
-                .div4()
-                .spe()
-                .enabled()
-        });
-        Self(spi)
-    }
+    /// Sends a byte and waits for the one that comes back; nothing else is under way.
+    fn exchange(&mut self, byte: u8) -> u8;
 
-    #[inline(always)]
-    fn send(&mut self, byte: u8) {
-        // A master clocks a byte out in 0.4 us whatever the other end does: the wait is bounded.
-        while self.0.sr().read().txe().bit_is_clear() {}
-        // SAFETY: every value of the data register is a byte to send.
-        self.0.dr().write(|w| unsafe { w.bits(byte.into()) });
-    }
+    /// Waits until all has been sent. A master clocks a byte out whatever the other end does, so this
+    /// is bounded.
+    fn finish(&mut self);
 
-    /// Drops what came back during earlier writes.
-    fn drain(&mut self) {
-        let _ = self.flush();
-        let _ = self.0.dr().read().bits();
-        let _ = self.0.sr().read().bits();
-    }
-
-    fn exchange(&mut self, byte: u8) -> u8 {
-        self.send(byte);
-        while self.0.sr().read().rxne().bit_is_clear() {}
-        self.0.dr().read().bits() as u8
-    }
+    /// Drops what came back.
+    fn forget(&mut self);
 }
 
-impl ErrorType for Spi1 {
+/// The bus over them.
+pub struct Spi<R>(pub R);
+
+impl<R> ErrorType for Spi<R> {
     type Error = Infallible;
 }
 
-impl SpiBus for Spi1 {
+impl<R: Registers> Spi<R> {
+    fn drain(&mut self) {
+        self.0.finish();
+        self.0.forget();
+    }
+}
+
+impl<R: Registers> SpiBus for Spi<R> {
     fn read(&mut self, words: &mut [u8]) -> Result<(), Infallible> {
         self.drain();
-        words.iter_mut().for_each(|word| *word = self.exchange(0));
+        words.iter_mut().for_each(|word| *word = self.0.exchange(0));
         Ok(())
     }
 
@@ -63,7 +45,7 @@ impl SpiBus for Spi1 {
     fn write(&mut self, words: &[u8]) -> Result<(), Infallible> {
         // What comes back is not read: the overrun it leaves does not disturb writes.
         for &word in words {
-            self.send(word);
+            self.0.send(word);
         }
         Ok(())
     }
@@ -72,7 +54,7 @@ impl SpiBus for Spi1 {
         self.drain();
         let longer = read.len().max(write.len());
         for at in 0..longer {
-            let received = self.exchange(write.get(at).copied().unwrap_or(0));
+            let received = self.0.exchange(write.get(at).copied().unwrap_or(0));
             if let Some(word) = read.get_mut(at) {
                 *word = received;
             }
@@ -84,13 +66,13 @@ impl SpiBus for Spi1 {
         self.drain();
         words
             .iter_mut()
-            .for_each(|word| *word = self.exchange(*word));
+            .for_each(|word| *word = self.0.exchange(*word));
         Ok(())
     }
 
     #[inline(always)]
     fn flush(&mut self) -> Result<(), Infallible> {
-        while self.0.sr().read().bsy().bit_is_set() {}
+        self.0.finish();
         Ok(())
     }
 }

@@ -3,11 +3,11 @@
 //! A zero byte occurs nowhere but at the end of a frame, so a reader that has lost its place finds
 //! it again at the next zero. The body is postcard's encoding of a message.
 
-use crc::{CRC_32_ISO_HDLC, Crc};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::VERSION;
+use crate::checksum::crc32;
 
 /// Bytes of the longest body.
 pub const BODY_LEN: usize = 640;
@@ -16,9 +16,6 @@ const AROUND: usize = 1 + CRC_LEN;
 const CRC_LEN: usize = 4;
 /// Bytes of the longest frame with its closing zero: COBS adds one for every 254 begun.
 pub const FRAME_LEN: usize = BODY_LEN + AROUND + (BODY_LEN + AROUND) / 254 + 2;
-
-/// Without a table: 1 KiB of flash saved, and a frame is checked outside the interrupt.
-const CHECK: Crc<u32, crc::NoTable> = Crc::<u32, crc::NoTable>::new(&CRC_32_ISO_HDLC);
 
 /// Why bytes are not a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,9 +45,7 @@ pub fn encode<T: Serialize>(message: &T, out: &mut [u8; FRAME_LEN]) -> Result<us
         .map_err(|_| FrameError::TooLong)?
         .len();
     let covered = 1 + body_len;
-    let sum = CHECK
-        .checksum(plain.get(..covered).unwrap_or(&[]))
-        .to_le_bytes();
+    let sum = crc32(&[plain.get(..covered).unwrap_or(&[])]).to_le_bytes();
     let whole = covered + CRC_LEN;
     plain
         .get_mut(covered..whole)
@@ -72,7 +67,7 @@ pub fn decode<T: DeserializeOwned>(frame: &mut [u8]) -> Result<T, FrameError> {
     let (covered, sum) = plain
         .split_last_chunk::<CRC_LEN>()
         .ok_or(FrameError::Framing)?;
-    if CHECK.checksum(covered) != u32::from_le_bytes(*sum) {
+    if crc32(&[covered]) != u32::from_le_bytes(*sum) {
         return Err(FrameError::Checksum);
     }
     let (&version, body) = covered.split_first().ok_or(FrameError::Framing)?;

@@ -13,9 +13,10 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 use crate::control::Path;
-use crate::record::{ModelRecord, RecordError};
+use crate::record::{self, ModelRecord, RecordError};
 use crate::reference::{Waveform, WaveformError};
 use crate::settings::{Settings, SettingsError};
+use crate::store::Kept;
 use crate::telemetry::{Codes, Statistics};
 
 /// Version of the frames and messages: the first byte of a frame.
@@ -53,7 +54,7 @@ pub enum Command {
     /// Asks for [`Answer::Model`].
     GetModel,
     /// Sets or, with `None`, removes the model. In any state: the output goes on without a jump.
-    SetModel(Option<ModelRecord>),
+    SetModel(#[serde(deserialize_with = "record::deserialize")] Option<ModelRecord>),
     /// Plays a reference; not while one is being played, not in a fault. A stream starts with what
     /// was sent since the last start, so a host fills the queue first.
     Start {
@@ -89,6 +90,11 @@ pub enum Command {
     },
     /// Asks for [`Answer::Statistics`].
     Statistics,
+    /// Saves settings and model in force to flash, to be in force after a reset; only with the output
+    /// off and at rest. Takes as long as an erase, and samples are late or lost meanwhile.
+    Save,
+    /// Asks for [`Answer::Kept`].
+    GetKept,
 }
 
 /// What a target replies.
@@ -117,6 +123,8 @@ pub enum Answer {
     },
     /// Counters.
     Statistics(Statistics),
+    /// What flash holds.
+    Kept(Kept),
 }
 
 /// Who answers.
@@ -157,6 +165,8 @@ pub enum Refusal {
     NotFinite,
     /// Samples before this part of the stream are missing.
     Gap,
+    /// The flash could not be written, or there is none; what was saved before is still there.
+    Flash,
 }
 
 /// What a target sends.

@@ -12,6 +12,7 @@ use crate::record::{DEAD_ZONES, ModelRecord, PLAYS, WINDOW};
 use crate::reference::{Reference, STREAM_LEN, Waveform};
 use crate::safety::State;
 use crate::settings::{Settings, Valid};
+use crate::store::{Boot, Keep, Kept, Saved, Unfit};
 use crate::telemetry::{Recorded, Sample, Shared, Statistics};
 
 /// The link's ends of what runs between it and the interrupt.
@@ -28,6 +29,8 @@ pub struct Wires<'a> {
     pub recorded: Recorded<'a>,
     /// Counters.
     pub shared: &'a Shared,
+    /// Where settings and model are saved, if anywhere.
+    pub keep: Option<&'a mut (dyn Keep + Send)>,
 }
 
 /// The link of one output.
@@ -44,6 +47,9 @@ pub struct Server<'a> {
     stream: Producer<'a, f32, STREAM_LEN>,
     recorded: Recorded<'a>,
     shared: &'a Shared,
+    keep: Option<&'a mut (dyn Keep + Send)>,
+    /// Why what was saved is not in force.
+    unfit: Option<Unfit>,
     /// Ticks when the latest order was sent: until the next tick the state is not up to date.
     ordered_at: Option<u32>,
     stream_next: u32,
@@ -54,19 +60,21 @@ pub struct Server<'a> {
 }
 
 impl<'a> Server<'a> {
-    /// For `settings` in force, `valid` being their other form, and no model.
-    pub fn new(settings: Settings, valid: Valid, wires: Wires<'a>) -> Self {
+    /// For what is in force after a start, with the latency of its model.
+    pub fn new(boot: Boot, latency: u32, wires: Wires<'a>) -> Self {
         Self {
-            settings,
-            valid,
-            model: None,
-            latency: 0,
+            settings: boot.settings,
+            valid: boot.valid,
+            model: boot.model,
+            latency: latency as u16,
             spare: Some(wires.spare),
             orders: wires.orders,
             retired: wires.retired,
             stream: wires.stream,
             recorded: wires.recorded,
             shared: wires.shared,
+            keep: wires.keep,
+            unfit: boot.unfit,
             ordered_at: None,
             stream_next: 0,
             held_back: None,
@@ -166,6 +174,8 @@ impl<'a> Server<'a> {
                 latency: self.latency,
                 ..self.shared.statistics(self.bad_frames)
             })),
+            Command::Save => self.save(),
+            Command::GetKept => Ok(Answer::Kept(self.kept())),
         }
     }
 
@@ -206,17 +216,58 @@ impl<'a> Server<'a> {
 
     fn set_settings(&mut self, settings: Settings) -> Result<Answer, Refusal> {
         let valid = settings.validate().map_err(Refusal::Settings)?;
-        self.state()?;
-        let now = self.shared.statistics(0);
-        if now.state != State::Off || now.driver_enabled {
-            return Err(Refusal::State);
-        }
+        self.at_rest()?;
         let model = self.model.take();
         let adopted = self.adopt(&valid, model.as_ref());
         self.model = model;
         let answer = adopted?;
         (self.settings, self.valid) = (settings, valid);
         Ok(answer)
+    }
+
+    /// Refuses unless the output is off and at rest, with no order on its way.
+    fn at_rest(&mut self) -> Result<(), Refusal> {
+        self.state()?;
+        let now = self.shared.statistics(0);
+        match now.state {
+            State::Off if !now.driver_enabled => Ok(()),
+            _ => Err(Refusal::State),
+        }
+    }
+
+    /// Writing flash makes the interrupt wait; with the driver disabled nothing moves meanwhile.
+    #[inline(never)]
+    fn save(&mut self) -> Result<Answer, Refusal> {
+        self.at_rest()?;
+        let keep = self.keep.as_mut().ok_or(Refusal::Flash)?;
+        // There and back: a copy of a model would double its room on the stack.
+        let saved = Saved {
+            settings: self.settings,
+            model: self.model.take(),
+        };
+        let result = keep.save(&saved);
+        self.model = saved.model;
+        result.map_err(|_| Refusal::Flash)?;
+        self.unfit = None;
+        Ok(Answer::Done)
+    }
+
+    #[inline(never)]
+    fn kept(&mut self) -> Kept {
+        if let Some(unfit) = self.unfit {
+            return Kept::Unfit(unfit);
+        }
+        match self.keep.as_mut().map(|keep| keep.load()) {
+            None | Some(Ok(None)) => Kept::Nothing,
+            Some(Ok(Some(saved))) => {
+                if saved.settings == self.settings && saved.model == self.model {
+                    Kept::InForce
+                } else {
+                    Kept::Other
+                }
+            }
+            Some(Err(unfit)) => Kept::Unfit(unfit),
+        }
     }
 
     fn set_model(&mut self, model: Option<ModelRecord>) -> Result<Answer, Refusal> {

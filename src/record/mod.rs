@@ -12,7 +12,7 @@ pub use build::LOOK_AHEAD;
 pub use target::{Motion, TargetCompensator};
 
 use heapless::Vec;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::dim::Law;
 use crate::error::ParameterError;
@@ -210,6 +210,14 @@ pub enum RecordError {
     SampleTime,
     /// A preview inverse is to look at fewer than two samples or more than [`WINDOW`].
     Window,
+}
+
+/// One copy of it on the target, whatever the record is a part of.
+#[inline(never)]
+pub(crate) fn deserialize<'de, D: Deserializer<'de>>(
+    from: D,
+) -> Result<Option<ModelRecord>, D::Error> {
+    Option::deserialize(from)
 }
 
 impl From<ParameterError> for RecordError {

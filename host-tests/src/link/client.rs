@@ -8,6 +8,7 @@ use hysteron::link::{
 use hysteron::record::ModelRecord;
 use hysteron::safety::State;
 use hysteron::settings::Settings;
+use hysteron::store::Kept;
 use hysteron::telemetry::{Codes, Statistics};
 
 use super::port::Port;
@@ -21,6 +22,8 @@ const TRIES: u32 = 4;
 const STOP_ROUNDS: u32 = 3;
 /// How long a reply is waited for. The longest frame takes 7 ms on the board's serial port.
 const REPLY_LIMIT: Duration = Duration::from_millis(300);
+/// The same for saving: flash is erased first, at worst for 4 s.
+const SAVE_LIMIT: Duration = Duration::from_secs(5);
 /// How long a busy target is asked again: emptying a full stream takes it 1.3 s at 100 samples a
 /// second.
 const BUSY_LIMIT: Duration = Duration::from_secs(3);
@@ -127,6 +130,17 @@ impl<'p> Client<'p> {
         }
     }
 
+    /// What the target's flash holds.
+    ///
+    /// # Errors
+    /// As [`Client::ask`].
+    pub fn kept(&mut self) -> Result<Kept, Error> {
+        match self.ask(Command::GetKept)? {
+            Answer::Kept(kept) => Ok(kept),
+            _ => Err(unexpected()),
+        }
+    }
+
     /// Ramps the output to rest and ends a recording, whatever happened before and in spite of
     /// Ctrl-C.
     ///
@@ -196,12 +210,16 @@ impl<'p> Client<'p> {
             Error::request("the command is too long for a frame; send less at once")
         })?;
         self.replies.clear();
+        let patience = match command {
+            Command::Save => SAVE_LIMIT,
+            _ => REPLY_LIMIT,
+        };
         for attempt in 0..TRIES {
             // A zero first: whatever the target has received so far ends here.
             let sent = self.port.send(&[0]);
             sent.and_then(|()| self.port.send(&frame[..len]))
                 .map_err(|error| broken(&error))?;
-            let limit = self.now() + REPLY_LIMIT;
+            let limit = self.now() + patience;
             while self.now() < limit {
                 self.wait(limit.saturating_sub(self.now()))?;
                 let own = |(sequence, _): &(u16, Answer)| *sequence == request.sequence;

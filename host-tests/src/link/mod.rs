@@ -18,3 +18,4 @@ pub use client::Client;
 pub use excitation::{Excitation, Shape, multisine};
 pub use play::{Played, Signals, play};
 pub use port::{Port, open};
+pub use refusal::kept as describe_kept;

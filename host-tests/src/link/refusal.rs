@@ -4,6 +4,7 @@ use hysteron::link::Refusal;
 use hysteron::record::RecordError;
 use hysteron::reference::WaveformError;
 use hysteron::settings::SettingsError;
+use hysteron::store::{Kept, Unfit};
 
 /// What is wrong and, after a semicolon, what to do.
 pub(super) fn describe(refusal: &Refusal) -> String {
@@ -32,6 +33,30 @@ pub(super) fn describe(refusal: &Refusal) -> String {
             "a sample of the reference is too large for single precision; correct it".to_owned()
         }
         Refusal::Gap => "the target lost a part of the stream; start it again".to_owned(),
+        Refusal::Flash => {
+            "the flash could not be written; what was saved before is still there, and \
+                           settings and model stay in force until a reset"
+                .to_owned()
+        }
+    }
+}
+
+/// What the flash holds beside what is in force, and why what it holds was refused.
+pub fn kept(kept: Kept) -> String {
+    match kept {
+        Kept::Nothing => "nothing".to_owned(),
+        Kept::InForce => "what is in force".to_owned(),
+        Kept::Other => "something else; `save` what is in force, or lose it in a reset".to_owned(),
+        Kept::Unfit(unfit) => match unfit {
+            Unfit::Version(version) => {
+                format!("refused: a record of version {version}; set up anew and `save`")
+            }
+            Unfit::Body => {
+                "refused: not a record of this firmware; set up anew and `save`".to_owned()
+            }
+            Unfit::Settings(error) => format!("refused: {}", setting(error)),
+            Unfit::Model(error) => format!("settings alone, no model: {}", model(error)),
+        },
     }
 }
 

@@ -117,6 +117,16 @@ impl Emulator {
         Ok(self.expect(b'S')?.ticked.instructions)
     }
 
+    /// Resets the target; what it saved stays.
+    ///
+    /// # Errors
+    /// A program that has ended.
+    pub fn reset(&mut self) -> Result<(), Error> {
+        self.request(b'R', 0, &[])?;
+        self.expect(b'R')?;
+        Ok(())
+    }
+
     /// Ends the program by closing its input and gives its exit code and what it said on its error
     /// stream.
     ///

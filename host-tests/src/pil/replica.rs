@@ -1,9 +1,11 @@
 //! The core on the host in place of the target, and both side by side.
 
+use std::sync::{Arc, Mutex, PoisonError};
+
 use hysteron::control::Control;
 use hysteron::link::Server;
 use hysteron::safety::State;
-use hysteron::settings::Settings;
+use hysteron::store::{Boot, FlashError, Keep, RamFlash, Saved, Store, Unfit};
 use hysteron::telemetry::Shared;
 use hysteron::wiring::Memory;
 
@@ -16,6 +18,29 @@ pub struct Replica {
     control: Control<'static>,
     server: Server<'static>,
     shared: &'static Shared,
+    flash: Flash,
+}
+
+/// What stays through a reset, as the emulated firmware has it.
+#[derive(Clone, Default)]
+struct Flash(Arc<Mutex<RamFlash>>);
+
+impl Flash {
+    fn with<T>(&self, use_store: impl FnOnce(&mut Store<&mut RamFlash>) -> T) -> T {
+        // Whoever panicked before left the flash as a power cut would.
+        let mut flash = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        use_store(&mut Store::new(&mut *flash))
+    }
+}
+
+impl Keep for Flash {
+    fn load(&mut self) -> Result<Option<Saved>, Unfit> {
+        self.with(|store| store.load())
+    }
+
+    fn save(&mut self, saved: &Saved) -> Result<(), FlashError> {
+        self.with(|store| store.save(saved))
+    }
 }
 
 impl Replica {
@@ -25,14 +50,31 @@ impl Replica {
     /// # Errors
     /// None: the settings of power-on are valid.
     pub fn power_on() -> Result<Self, Error> {
+        Self::start(Flash::default())
+    }
+
+    /// As the firmware is after a reset: what was saved is in force, all else is gone.
+    ///
+    /// # Errors
+    /// None, as above.
+    pub fn restart(&mut self) -> Result<(), Error> {
+        *self = Self::start(self.flash.clone())?;
+        Ok(())
+    }
+
+    fn start(flash: Flash) -> Result<Self, Error> {
+        let refused =
+            |error| Error::request(format!("the settings of power-on are refused: {error:?}"));
+        let keep = Box::leak(Box::new(flash.clone()));
+        let boot = Boot::load(keep).map_err(refused)?;
         let memory = Box::leak(Box::new(Memory::new()));
-        let (control, server, shared) = memory.connect(Settings::default()).map_err(|error| {
-            Error::request(format!("the settings of power-on are refused: {error:?}"))
-        })?;
+        let connected = memory.connect_kept(boot, Some(keep));
+        let (control, server, shared) = connected.map_err(refused)?;
         Ok(Self {
             control,
             server,
             shared,
+            flash,
         })
     }
 }
@@ -85,6 +127,15 @@ impl Pair {
             samples: 0,
             first_difference: None,
         }
+    }
+
+    /// Resets both: what was saved is in force, all else is gone.
+    ///
+    /// # Errors
+    /// A target that failed or is gone.
+    pub fn reset(&mut self) -> Result<(), Error> {
+        self.replica.restart()?;
+        self.emulator.reset()
     }
 
     /// Samples that were compared.

@@ -10,6 +10,7 @@ use hysteron::link::{Answer, Command, FRAME_LEN, Message, Request, Server, decod
 use hysteron::record::{ChainRecord, Inverse, ModelRecord, ModifiedPlayRecord};
 use hysteron::reference::{Tone, Waveform};
 use hysteron::settings::Settings;
+use hysteron::store::{Boot, Keep};
 use hysteron::telemetry::{Shared, Statistics};
 use hysteron::wiring::Memory;
 
@@ -114,8 +115,18 @@ pub struct Rig {
 
 impl Rig {
     pub fn new(settings: Settings) -> Self {
+        Self::connect(Boot::new(settings).unwrap(), None)
+    }
+
+    /// A target that starts with what was saved, and may save.
+    pub fn kept(keep: &'static mut (dyn Keep + Send)) -> Self {
+        Self::connect(Boot::load(keep).unwrap(), Some(keep))
+    }
+
+    fn connect(boot: Boot, keep: Option<&'static mut (dyn Keep + Send)>) -> Self {
+        let settings = boot.settings;
         let memory = Box::leak(Box::new(Memory::new()));
-        let (control, server, shared) = memory.connect(settings).unwrap();
+        let (control, server, shared) = memory.connect_kept(boot, keep).unwrap();
         let mut rig = Self {
             control,
             server,

@@ -88,6 +88,10 @@ fn a_session_from_first_contact_to_a_compensated_scan() {
         set_up(port, folder);
         let text = fs::read_to_string(folder.join("bench.toml")).unwrap();
         assert_eq!(done(port, folder, &["settings"]), text);
+        assert!(said.contains("saved           nothing"));
+        assert!(done(port, folder, &["save"]).contains("after a reset"));
+        let said = done(port, folder, &["info"]);
+        assert!(said.contains("saved           what is in force"), "{said}");
 
         for (role, hz) in [("fit", "20"), ("select", "50")] {
             let record = [

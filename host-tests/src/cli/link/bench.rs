@@ -9,6 +9,7 @@ use hysteron::hysteresis::preview::PlantRate;
 use hysteron::link::{Command, Identity};
 use hysteron::record::{self, ModelRecord};
 use hysteron::settings::Settings;
+use hysteron::store::Kept;
 use hysteron_host::error::Error;
 use hysteron_host::link::model::{Choice, Prepared};
 use hysteron_host::link::{self, Client};
@@ -36,6 +37,7 @@ pub fn info(client: &mut Client<'_>, identity: &Identity) -> Result<(), Error> {
         "drive           {} V to {} V, rest {} V",
         settings.drive_min_v, settings.drive_max_v, settings.drive_rest_v
     );
+    println!("saved           {}", link::describe_kept(client.kept()?));
     let statistics = client.statistics()?;
     for (name, value) in watch::fields(&statistics, &settings)? {
         println!("{name:<15} {}", watch::text(&value));
@@ -58,7 +60,19 @@ pub fn settings(client: &mut Client<'_>, file: Option<&Path>) -> Result<(), Erro
              version",
         ));
     }
-    println!("settings in force, until the target is switched off");
+    println!("settings in force; `save` keeps them through a reset");
+    Ok(())
+}
+
+/// Saves what is in force, and has the target read it back.
+pub fn save(client: &mut Client<'_>) -> Result<(), Error> {
+    client.tell(Command::Save)?;
+    if client.kept()? != Kept::InForce {
+        return Err(Error::request(
+            "the target's flash holds something else than was saved; save again, and see `info`",
+        ));
+    }
+    println!("settings and model saved: in force after a reset");
     Ok(())
 }
 

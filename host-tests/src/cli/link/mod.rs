@@ -37,6 +37,8 @@ enum Action {
     },
     /// Put a model into the target; it takes over without a jump.
     Upload(bench::Upload),
+    /// Save settings and model in the target's flash; the output must be off and at rest.
+    Save,
     /// Play a reference that the target computes itself.
     Start(motion::Start),
     /// The output ramps to rest.
@@ -62,6 +64,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         Action::Info => bench::info(client, &identity),
         Action::Settings { set } => bench::settings(client, set.as_deref()),
         Action::Upload(upload) => upload.run(client),
+        Action::Save => bench::save(client),
         Action::Start(start) => start.run(client),
         Action::Stop => client.stop(),
         Action::Hold => client.tell(Command::Hold),

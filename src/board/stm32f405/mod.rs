@@ -14,12 +14,18 @@
 use cortex_m::asm::delay;
 use embedded_hal::digital::{ErrorType, OutputPin};
 use embedded_hal_bus::spi::{ExclusiveDevice, NoDelay};
+pub use stm32f4::stm32f405 as device;
 use stm32f4::stm32f405::{self as pac, Peripherals};
 
-use super::spi::Spi1;
-use super::{Board, Sampled, Sampling, fault};
+#[cfg(not(feature = "qemu"))]
+mod flash;
+mod ports;
+
+use self::ports::{Spi1, Usart1};
+use super::spi::Spi;
+use super::{Board, Sampled, Sampling, fault, watchdog};
 use crate::control::Output;
-use crate::dac::{Ad5761r, Kind};
+use crate::dac::{self, Ad5761r, Kind};
 use crate::settings::Valid;
 
 /// Crystal of the board in MHz: 8 on most; change it to what is soldered.
@@ -31,10 +37,6 @@ const TIMER_HZ: f32 = 6_000_000.0;
 
 /// Counts before the sample at which the sensor's conversion starts: 3 us.
 const CONVERSION_LEAD: u16 = 18;
-
-const WATCHDOG_START: u16 = 0xcccc;
-const WATCHDOG_UNLOCK: u16 = 0x5555;
-const WATCHDOG_FEED: u16 = 0xaaaa;
 
 /// SYNC of the bipolar converter, PB0.
 struct Sync;
@@ -64,7 +66,7 @@ fn set_port_b(bits: u32) {
     unsafe { (*pac::GPIOB::ptr()).bsrr().write(|w| w.bits(bits)) };
 }
 
-type Bipolar = Ad5761r<ExclusiveDevice<Spi1, Sync, NoDelay>>;
+type Bipolar = Ad5761r<ExclusiveDevice<Spi<Spi1>, Sync, NoDelay>>;
 
 /// The sample task's part.
 pub struct Stm32f405Sampling {
@@ -76,9 +78,7 @@ pub struct Stm32f405Sampling {
 }
 
 /// The rest of the board.
-pub struct Stm32f405 {
-    watchdog: pac::IWDG,
-}
+pub struct Hardware(());
 
 impl Sampling for Stm32f405Sampling {
     #[inline(always)]
@@ -94,8 +94,8 @@ impl Sampling for Stm32f405Sampling {
     fn put(&mut self, output: Output) {
         match output.dac {
             Kind::Internal12 => {
-                // SAFETY: codes have twelve bits.
                 let code = output.code.into();
+                // SAFETY: codes have twelve bits.
                 self.dac.dhr12r1().write(|w| unsafe { w.bits(code) });
             }
             // The bus cannot fail.
@@ -110,11 +110,25 @@ impl Sampling for Stm32f405Sampling {
     }
 }
 
-impl Board for Stm32f405 {
+impl Board for Hardware {
     #[cfg(not(feature = "qemu"))]
     type Sampling = Stm32f405Sampling;
     #[cfg(feature = "qemu")]
     type Sampling = super::pil::Simulated;
+
+    type Uart = Usart1;
+
+    #[cfg(not(feature = "qemu"))]
+    type Flash = flash::Flash;
+    #[cfg(feature = "qemu")]
+    type Flash = &'static mut crate::store::RamFlash;
+
+    fn flash() -> Self::Flash {
+        #[cfg(not(feature = "qemu"))]
+        return flash::Flash::new();
+        #[cfg(feature = "qemu")]
+        super::pil::flash()
+    }
 
     fn start(settings: &Valid) -> (Self, Self::Sampling) {
         // SAFETY: called once, before anything else uses a peripheral; RTIC keeps the core's.
@@ -122,7 +136,7 @@ impl Board for Stm32f405 {
         clocks(&parts.RCC, &parts.FLASH);
         fault::set_safe(settings.at_rest());
         pins(&parts);
-        let bus = ExclusiveDevice::new_no_delay(Spi1::new(parts.SPI1), Sync);
+        let bus = ExclusiveDevice::new_no_delay(Spi(Spi1::new(parts.SPI1)), Sync);
         let bipolar = Ad5761r::new(bus.unwrap_or_else(|never| match never {}));
         converter(&parts.ADC1, &parts.ADC_COMMON);
         let mut sampling = Stm32f405Sampling {
@@ -150,20 +164,12 @@ impl Board for Stm32f405 {
                 .modify(|_, w| w.moder1().output())
         };
         timer(&sampling.timer);
-        let watchdog = parts.IWDG;
         if cfg!(not(feature = "qemu")) {
-            // 32 kHz / 4, 400 counts: 50 ms.
-            // SAFETY: keys, prescaler and reload value as the reference manual has them.
-            unsafe {
-                watchdog.kr().write(|w| w.bits(WATCHDOG_START));
-                watchdog.kr().write(|w| w.bits(WATCHDOG_UNLOCK));
-                watchdog.pr().write(|w| w.bits(0));
-                watchdog.rlr().write(|w| w.bits(400));
-            }
+            watchdog::start();
         }
         #[cfg(feature = "qemu")]
         let sampling = super::pil::Simulated(sampling);
-        (Self { watchdog }, sampling)
+        (Self(()), sampling)
     }
 
     fn apply(&mut self, settings: &Valid) {
@@ -184,9 +190,39 @@ impl Board for Stm32f405 {
         }
     }
 
+    fn uart() -> Self::Uart {
+        // SAFETY: only the port uses USART1.
+        Usart1::new(unsafe { Peripherals::steal() }.USART1)
+    }
+
     fn feed_watchdog(&mut self) {
-        // SAFETY: a key of the reference manual.
-        unsafe { self.watchdog.kr().write(|w| w.bits(WATCHDOG_FEED)) };
+        watchdog::feed();
+    }
+
+    fn make_safe(output: Output) {
+        // SAFETY: nothing else runs any more, and every write is one that the registers allow.
+        unsafe {
+            let (internal, spi) = (&*pac::DAC::ptr(), &*pac::SPI1::ptr());
+            match output.dac {
+                Kind::Internal12 => {
+                    internal.dhr12r1().write(|w| w.bits(output.code.into()));
+                }
+                Kind::Bipolar16 => {
+                    // A transfer under way is ended by deselecting: the converter ignores a part of one.
+                    set_port_b(1 << 0);
+                    fault::wait(|| spi.sr().read().bsy().bit_is_clear());
+                    set_port_b(1 << 16);
+                    for byte in dac::frame(output.code) {
+                        fault::wait(|| spi.sr().read().txe().bit_is_set());
+                        spi.dr().write(|w| w.bits(byte.into()));
+                    }
+                    fault::wait(|| spi.sr().read().txe().bit_is_set());
+                    fault::wait(|| spi.sr().read().bsy().bit_is_clear());
+                    set_port_b(1 << 0);
+                }
+            }
+        }
+        set_port_b(1 << (1 + 16));
     }
 }
 

@@ -15,6 +15,7 @@ use hysteron_host::output::OutputFolder;
 use hysteron_host::report::format_number;
 
 use super::progress;
+use crate::cli::say::say;
 
 /// Find what a baseline model misses of a data set: name the missing effect, add it, show the gap
 /// shrink.
@@ -80,6 +81,7 @@ fn effect(text: &str) -> Result<Effect, Error> {
 /// Diagnoses, writes the folder, prints the figures.
 pub fn run(arguments: &Arguments) -> Result<(), Error> {
     let baseline = baseline(&arguments.baseline)?;
+    let mut folder = OutputFolder::create(&arguments.out)?;
     let dataset = Dataset::load(&arguments.data)?;
     let allowed = |effect: &Effect| !arguments.without.contains(effect);
     let options = Options {
@@ -99,13 +101,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     let html = page(&found, &places).to_html();
     steps.finish_and_clear();
 
-    let mut folder = OutputFolder::create(&arguments.out)?;
     folder.add("model.toml", found.model.to_toml_string())?;
     folder.add("diagnosis.json", format!("{json:#}\n"))?;
     folder.add("report.html", html)?;
     folder.commit()?;
     print_summary(&found, &places);
-    println!(
+    say!(
         "written to {}: report.html, model.toml, diagnosis.json",
         arguments.out.display()
     );
@@ -118,8 +119,8 @@ fn print_summary(found: &Diagnosis, places: &[localise::Place]) {
         Some(um) => format_number(found.unit.from_um(um)),
         None => "-".to_owned(),
     };
-    println!("{}", found.sentence());
-    println!(
+    say!("{}", found.sentence());
+    say!(
         "{:<26} {:>10} {:>10} {:>10}",
         format!("rms residual ({unit})"),
         "fit",
@@ -132,23 +133,23 @@ fn print_summary(found: &Diagnosis, places: &[localise::Place]) {
         ("extended model", Some(&found.extended)),
     ] {
         let Some(roles) = roles else { continue };
-        println!(
+        say!(
             "{what:<26} {:>10} {:>10} {:>10}",
             shown(roles.fit),
             shown(roles.select),
             shown(roles.report)
         );
     }
-    println!(
+    say!(
         "{:<26} {:>10}  {}",
         "noise floor",
         shown(Some(found.noise.0)),
         found.noise.1.describe()
     );
     if let Some(place) = places.first() {
-        println!("where: {}", place.summary);
+        say!("where: {}", place.summary);
     }
     if let Some(next) = &found.next_record {
-        println!("next record: {next}");
+        say!("next record: {next}");
     }
 }

@@ -13,6 +13,7 @@ use hysteron_host::output::OutputFolder;
 use hysteron_host::report::format_number;
 
 use super::progress;
+use crate::cli::say::say;
 
 /// Fit a rate-dependent Prandtl-Ishlinskii model to a data set.
 ///
@@ -125,6 +126,7 @@ impl Arguments {
 
 /// Identifies, writes the folder, prints the figures.
 pub fn run(arguments: &Arguments) -> Result<(), Error> {
+    let mut folder = OutputFolder::create(&arguments.out)?;
     let dataset = Dataset::load(&arguments.data)?;
     let steps = progress::steps("identifying");
     let found = identify(&dataset, &arguments.options(), &|step| {
@@ -132,13 +134,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     })?;
     steps.finish_and_clear();
 
-    let mut folder = OutputFolder::create(&arguments.out)?;
     folder.add("model.toml", found.model.to_toml_string())?;
     folder.add("identification.json", format!("{:#}\n", found.to_json()))?;
     folder.add("report.html", page(&found).to_html())?;
     folder.commit()?;
     print_summary(&found);
-    println!(
+    say!(
         "written to {}: model.toml, identification.json, report.html",
         arguments.out.display()
     );
@@ -152,14 +153,14 @@ fn print_summary(found: &Identification) {
         None => "-".to_owned(),
     };
     let row = |what: &str, fit, select, report| {
-        println!(
+        say!(
             "{what:<26} {:>10} {:>10} {:>10}",
             shown(fit),
             shown(select),
             shown(report)
         );
     };
-    println!(
+    say!(
         "{:<26} {:>10} {:>10} {:>10}",
         format!("rms residual ({unit})"),
         "fit",
@@ -174,12 +175,12 @@ fn print_summary(found: &Identification) {
     );
     row("model", found.rms.fit, found.rms.select, found.rms.report);
     if let Some((noise, source)) = found.noise {
-        println!(
+        say!(
             "{:<26} {:>10}  {}",
             "noise floor",
             shown(Some(noise)),
             source.describe()
         );
     }
-    println!("{}", found.describe_structure());
+    say!("{}", found.describe_structure());
 }

@@ -9,6 +9,7 @@ mod identify;
 mod link;
 mod pil;
 mod progress;
+mod say;
 mod simulate;
 
 use std::path::PathBuf;
@@ -70,7 +71,7 @@ enum Command {
 pub fn run() -> Result<(), Error> {
     let arguments = Arguments::parse();
     remove_unfinished_on_interrupt()?;
-    match arguments.command {
+    let done = match arguments.command {
         None => experiment::demonstrate(&PathBuf::from("out/demo")),
         Some(Command::Identify(arguments)) => identify::run(&arguments),
         Some(Command::Diagnose(arguments)) => diagnose::run(&arguments),
@@ -81,5 +82,6 @@ pub fn run() -> Result<(), Error> {
         Some(Command::Hide(arguments)) => hide::run(&arguments),
         Some(Command::Blind(arguments)) => blind::run(&arguments),
         Some(Command::Pil(arguments)) => pil::run(&arguments),
-    }
+    };
+    done.and_then(|()| say::refusal())
 }

@@ -332,6 +332,8 @@ impl OutputFolder {
     fn add_file(&mut self, mut file: AtomicFile) -> Result<(), Error> {
         // A full disk shows here, while nothing has been renamed yet.
         file.complete()?;
+        // Other files stand in a folder that this one made: it goes when all of them have gone.
+        self.made.0.append(&mut file.made.0);
         self.staged.push(file);
         Ok(())
     }

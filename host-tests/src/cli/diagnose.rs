@@ -4,12 +4,12 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use hysteron_host::dataset::Dataset;
+use hysteron_host::dataset::long;
 use hysteron_host::discover::{
     Baseline, Diagnosis, Options, diagnose, localise, next_record, page,
 };
 use hysteron_host::error::Error;
-use hysteron_host::identify::Effect;
+use hysteron_host::identify::{Effect, whole};
 use hysteron_host::model_file::{self, BUILTIN_NAMES};
 use hysteron_host::output::OutputFolder;
 use hysteron_host::report::format_number;
@@ -40,6 +40,9 @@ pub struct Arguments {
     /// Draw so many sets of records without effect to find the bar for a name, instead of half the noise.
     #[arg(long, value_name = "DRAWS", default_value_t = 0, value_parser = draws)]
     bootstrap: usize,
+    /// Most samples to work on; longer data sets are condensed, and scored on every sample at the end.
+    #[arg(long, value_name = "N", default_value_t = long::MOST_SAMPLES)]
+    samples: usize,
 }
 
 const EXAMPLES: &str = "\
@@ -82,20 +85,25 @@ fn effect(text: &str) -> Result<Effect, Error> {
 pub fn run(arguments: &Arguments) -> Result<(), Error> {
     let baseline = baseline(&arguments.baseline)?;
     let mut folder = OutputFolder::create(&arguments.out)?;
-    let dataset = Dataset::load(&arguments.data)?;
+    let steps = progress::steps("diagnosing");
+    let tell = |step: &str| steps.set_message(step.to_owned());
+    let loaded = long::load(&arguments.data, arguments.samples, &tell)?;
+    let dataset = &loaded.dataset;
     let allowed = |effect: &Effect| !arguments.without.contains(effect);
     let options = Options {
         baseline,
         library: Effect::ALL.into_iter().filter(allowed).collect(),
         bootstrap: arguments.bootstrap,
     };
-    let steps = progress::steps("diagnosing");
-    let mut found = diagnose(&dataset, &options, &|step| {
-        steps.set_message(step.to_owned())
-    })?;
-    steps.set_message("weighing the next record");
-    found.next_record = next_record(&found, &dataset);
-    steps.set_message("writing the report");
+    let mut found = diagnose(dataset, &options, &tell)?;
+    tell("weighing the next record");
+    found.next_record = next_record(&found, dataset);
+    if let Some(long) = &loaded.long {
+        found.notes.extend(long.notes().iter().cloned());
+        let score = |model| whole(long, model, &tell);
+        found.whole = Some([score(&found.baseline_model)?, score(&found.model)?]);
+    }
+    tell("writing the report");
     let places = localise::localise(&found);
     let json = found.to_json(&places);
     let html = page(&found, &places).to_html();
@@ -139,6 +147,17 @@ fn print_summary(found: &Diagnosis, places: &[localise::Place]) {
             shown(roles.select),
             shown(roles.report)
         );
+    }
+    if let Some(all) = &found.whole {
+        for (what, whole) in ["baseline", "extended"].iter().zip(all) {
+            say!(
+                "{:<26} {:>10} {:>10} {:>10}",
+                format!("{what}, all samples"),
+                shown(whole.rms.fit),
+                shown(whole.rms.select),
+                shown(whole.rms.report)
+            );
+        }
     }
     say!(
         "{:<26} {:>10}  {}",

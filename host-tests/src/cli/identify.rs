@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use hysteron_host::dataset::Dataset;
+use hysteron_host::dataset::long;
 use hysteron_host::error::Error;
 use hysteron_host::identify::{
-    Effect, Identification, Options, RecordWeights, Thresholds, identify, page,
+    Effect, Identification, Options, RecordWeights, Thresholds, identify, page, whole,
 };
 use hysteron_host::output::OutputFolder;
 use hysteron_host::report::format_number;
@@ -43,6 +43,9 @@ pub struct Arguments {
     /// Effects to fit together with the hysteresis, as a list with commas.
     #[arg(long, value_enum, value_delimiter = ',', value_name = "LIST")]
     effects: Vec<EffectChoice>,
+    /// Most samples to work on; longer data sets are condensed, and scored on every sample at the end.
+    #[arg(long, value_name = "N", default_value_t = long::MOST_SAMPLES)]
+    samples: usize,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -127,11 +130,14 @@ impl Arguments {
 /// Identifies, writes the folder, prints the figures.
 pub fn run(arguments: &Arguments) -> Result<(), Error> {
     let mut folder = OutputFolder::create(&arguments.out)?;
-    let dataset = Dataset::load(&arguments.data)?;
     let steps = progress::steps("identifying");
-    let found = identify(&dataset, &arguments.options(), &|step| {
-        steps.set_message(step.to_owned())
-    })?;
+    let tell = |step: &str| steps.set_message(step.to_owned());
+    let loaded = long::load(&arguments.data, arguments.samples, &tell)?;
+    let mut found = identify(&loaded.dataset, &arguments.options(), &tell)?;
+    if let Some(long) = &loaded.long {
+        found.condensed = long.notes().to_vec();
+        found.whole = Some(whole(long, &found.model, &tell)?);
+    }
     steps.finish_and_clear();
 
     folder.add("model.toml", found.model.to_toml_string())?;
@@ -174,6 +180,10 @@ fn print_summary(found: &Identification) {
         found.line_rms.report,
     );
     row("model", found.rms.fit, found.rms.select, found.rms.report);
+    if let Some(whole) = &found.whole {
+        let what = format!("on all {} samples", whole.samples);
+        row(&what, whole.rms.fit, whole.rms.select, whole.rms.report);
+    }
     if let Some((noise, source)) = found.noise {
         say!(
             "{:<26} {:>10}  {}",
@@ -181,6 +191,9 @@ fn print_summary(found: &Identification) {
             shown(Some(noise)),
             source.describe()
         );
+    }
+    for note in &found.condensed {
+        say!("{note}");
     }
     say!("{}", found.describe_structure());
 }

@@ -21,7 +21,10 @@ pub fn run(folder: &Path, bytes: &[u8]) {
     if fs::write(&file, [header, content].concat()).is_err() {
         return;
     }
-    for (quantity, name) in [(Quantity::Drive, "drive_v"), (Quantity::Reference, "reference_um")] {
+    for (quantity, name) in [
+        (Quantity::Drive, "drive_v"),
+        (Quantity::Reference, "reference_um"),
+    ] {
         match signals::read(&file, quantity) {
             Ok(signal) => again(folder, name, quantity, &signal),
             Err(error) => one_line(&error.to_string()),
@@ -33,9 +36,15 @@ pub fn run(folder: &Path, bytes: &[u8]) {
             for record in &set.records {
                 let count = record.time_s.len();
                 assert!(count >= 8 && record.sample_time_s > 0.0);
-                assert_eq!([record.drive_v.len(), record.displacement_um.len()], [count; 2]);
+                assert_eq!(
+                    [record.drive_v.len(), record.displacement_um.len()],
+                    [count; 2]
+                );
                 let all = [&record.time_s, &record.drive_v, &record.displacement_um];
-                assert!(all.iter().all(|values| values.iter().all(|x| x.is_finite())));
+                assert!(
+                    all.iter()
+                        .all(|values| values.iter().all(|x| x.is_finite()))
+                );
             }
         }
         Err(error) => one_line(&error.to_string()),

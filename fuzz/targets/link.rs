@@ -144,7 +144,11 @@ impl Target<'_> {
             let bounds = Bounds::of(&settings);
             // New settings are taken at rest with the output off, from one sample to the next.
             let changed = settings != self.settings;
-            let known = if changed { [self.bounds, bounds] } else { [bounds; 2] };
+            let known = if changed {
+                [self.bounds, bounds]
+            } else {
+                [bounds; 2]
+            };
             let code = f64::from(now.code);
             assert!(
                 known.iter().any(|b| (b.low..=b.high).contains(&code)),

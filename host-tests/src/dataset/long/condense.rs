@@ -102,19 +102,14 @@ fn pieces(source: &Source, survey: &Survey, share: u64) -> (Vec<Piece>, String) 
     let allowed = survey.scale();
     let needed = needed(survey.rows, share);
     if needed <= allowed {
-        let note = format!(
-            "{name}: whole, {} of {}.",
-            means(needed),
-            samples(survey.rows)
-        );
+        let note = format!("{name}: the whole record, in {}.", means(needed));
         return (overview(source, survey, needed, ""), note);
     }
     let (mut found, covered) = stretches(source, survey, share, allowed);
     let mut note = format!(
-        "{name}: {} stretches, {}, of {}; they run through {:.0} % of the drive's range.",
+        "{name}: {} stretches in {}; they run through {:.0} % of the drive's range.",
         found.len(),
         means(allowed),
-        samples(survey.rows),
         100.0 * covered
     );
     if covered < COVERED {
@@ -144,10 +139,6 @@ fn means(scale: u32) -> String {
         0 => "single samples".to_owned(),
         _ => format!("means of {} samples", 1u64 << scale),
     }
-}
-
-fn samples(count: u64) -> String {
-    format!("{count} samples")
 }
 
 /// The whole record in means, in the parts that its roles make.

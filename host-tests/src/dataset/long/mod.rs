@@ -117,7 +117,10 @@ pub fn load(path: &Path, most: usize, progress: &dyn Fn(&str)) -> Result<Loaded,
     let kept: usize = records.iter().map(|record| record.drive_v.len()).sum();
     notes.insert(
         0,
-        format!("Of {rows} samples {kept} means and stretches are worked on, as follows."),
+        format!(
+            "The data set holds {rows} samples, more than the {most} that are worked on; {kept} were \
+             made of them:"
+        ),
     );
     Ok(Loaded {
         dataset: Dataset {

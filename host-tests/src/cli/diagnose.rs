@@ -40,7 +40,8 @@ pub struct Arguments {
     /// Draw so many sets of records without effect to find the bar for a name, instead of half the noise.
     #[arg(long, value_name = "DRAWS", default_value_t = 0, value_parser = draws)]
     bootstrap: usize,
-    /// Most samples to work on; longer data sets are condensed, and scored on every sample at the end.
+    /// Most samples to work on; at least 4096; longer data sets are condensed, and scored on
+    /// every sample at the end.
     #[arg(long, value_name = "N", default_value_t = long::MOST_SAMPLES)]
     samples: usize,
 }
@@ -101,7 +102,13 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     if let Some(long) = &loaded.long {
         found.notes.extend(long.notes().iter().cloned());
         let score = |model| whole(long, model, &tell);
-        found.whole = Some([score(&found.baseline_model)?, score(&found.model)?]);
+        let both = score(&found.baseline_model).and_then(|base| Ok([base, score(&found.model)?]));
+        match both {
+            Ok(both) => found.whole = Some(both),
+            Err(error) => found
+                .notes
+                .push(format!("Not scored on every sample: {error}")),
+        }
     }
     tell("writing the report");
     let places = localise::localise(&found);

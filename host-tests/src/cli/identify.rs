@@ -43,7 +43,8 @@ pub struct Arguments {
     /// Effects to fit together with the hysteresis, as a list with commas.
     #[arg(long, value_enum, value_delimiter = ',', value_name = "LIST")]
     effects: Vec<EffectChoice>,
-    /// Most samples to work on; longer data sets are condensed, and scored on every sample at the end.
+    /// Most samples to work on; at least 4096; longer data sets are condensed, and scored on
+    /// every sample at the end.
     #[arg(long, value_name = "N", default_value_t = long::MOST_SAMPLES)]
     samples: usize,
 }
@@ -136,7 +137,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     let mut found = identify(&loaded.dataset, &arguments.options(), &tell)?;
     if let Some(long) = &loaded.long {
         found.condensed = long.notes().to_vec();
-        found.whole = Some(whole(long, &found.model, &tell)?);
+        match whole(long, &found.model, &tell) {
+            Ok(all) => found.whole = Some(all),
+            Err(error) => found
+                .condensed
+                .push(format!("Not scored on every sample: {error}")),
+        }
     }
     steps.finish_and_clear();
 

@@ -207,18 +207,22 @@ fn with_extremes(
     mut starts: Vec<u64>,
     length: u64,
 ) -> Vec<Range<u64>> {
+    let mut moved = None;
     for wanted in survey.extremes_within(part.clone()) {
         if starts.iter().any(|&at| (at..at + length).contains(&wanted)) {
             continue;
         }
         let centred = wanted.saturating_sub(length / 2);
-        let nearest = (0..starts.len()).min_by_key(|&index| starts[index].abs_diff(centred));
+        let nearest = (0..starts.len())
+            .filter(|&index| Some(index) != moved)
+            .min_by_key(|&index| starts[index].abs_diff(centred));
         let Some(index) = nearest else { continue };
         let from = index
             .checked_sub(1)
             .map_or(part.start, |before| starts[before] + length);
         let to = starts.get(index + 1).map_or(part.end, |&after| after) - length;
         starts[index] = centred.clamp(from, to.max(from));
+        moved = Some(index);
     }
     starts.into_iter().map(|at| at..at + length).collect()
 }

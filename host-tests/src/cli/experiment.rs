@@ -1,18 +1,14 @@
-//! `hysteron experiment` and the demonstration.
+//! `hysteron experiment`.
 
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
 
-use hysteron_host::dataset::Dataset;
 use hysteron_host::error::Error;
 use hysteron_host::experiment::beyond;
-use hysteron_host::experiment::demo;
 use hysteron_host::experiment::j::{self, Plant};
 use hysteron_host::experiment::m;
-use hysteron_host::identify::{Options, identify};
 use hysteron_host::output::OutputFolder;
-use hysteron_host::plant::hidden::Protocol;
 use hysteron_host::report::Page;
 use serde_json::Value;
 
@@ -169,64 +165,5 @@ fn beyond_both(out: &Path) -> Result<(), Error> {
         1e3 * found.worst_mm,
     );
     say!("written to {}: report.html, beyond.json", out.display());
-    Ok(())
-}
-
-/// Measures a simulated stage, identifies it from the records, drives it along references.
-pub fn demonstrate(out: &Path) -> Result<(), Error> {
-    let data = out.join("data");
-    let mut folder = OutputFolder::create(out)?;
-    let mut records = OutputFolder::create(&data)?;
-    let steps = progress::steps("demonstration");
-    steps.set_message("measuring a simulated stage");
-    let measurements = demo::measure()?;
-    records.add("dataset.toml", demo::dataset_toml(&measurements))?;
-    for measurement in &measurements {
-        records.add_columns(
-            measurement.file,
-            &[
-                ("time_s", &measurement.time_s),
-                ("drive_v", &measurement.drive_v),
-                ("displacement_um", &measurement.displacement_um),
-            ],
-        )?;
-    }
-    records.commit()?;
-
-    let dataset = Dataset::load(&data)?;
-    let found = identify(&dataset, &Options::default(), &|step| {
-        steps.set_message(format!("identifying: {step}"));
-    })?;
-    steps.set_message("driving the stage");
-    let mut shown = demo::drive(found)?;
-    let discovery = demo::discover(demo::SEED, Protocol::Full, &|step| {
-        steps.set_message(format!("an effect is hidden: {step}"));
-    })?;
-    steps.finish_and_clear();
-    let lines = discovery.summary();
-    shown.discovery = Some(discovery);
-
-    folder.add("model.toml", shown.found.model.to_toml_string())?;
-    folder.add(
-        "identification.json",
-        format!("{:#}\n", shown.found.to_json()),
-    )?;
-    folder.add("demo.json", format!("{:#}\n", shown.to_json()))?;
-    folder.add("report.html", shown.page().to_html())?;
-    folder.commit()?;
-
-    say!("{}", shown.found.describe_structure());
-    say!("largest error (um)            straight line  compensated");
-    for tracking in &shown.tracking {
-        let [without, with] = tracking.largest_um;
-        say!("{:<28} {without:>14.2} {with:>12.2}", tracking.name);
-    }
-    for line in lines {
-        say!("{line}");
-    }
-    say!(
-        "open {} (beside it: model.toml, identification.json, demo.json, data/)",
-        out.join("report.html").display()
-    );
     Ok(())
 }

@@ -2,6 +2,7 @@
 
 mod blind;
 mod compensate;
+mod demo;
 mod diagnose;
 mod experiment;
 mod hide;
@@ -12,8 +13,6 @@ mod progress;
 mod say;
 mod simulate;
 
-use std::path::PathBuf;
-
 use clap::{Parser, Subcommand};
 
 use hysteron_host::error::Error;
@@ -22,7 +21,7 @@ use hysteron_host::output::remove_unfinished_on_interrupt;
 /// Cancel the hysteresis of a piezo stage: identify it from measured data, compute the drive that
 /// makes it follow a reference.
 ///
-/// Without a command: a demonstration on a simulated stage, whose page is written to out/demo.
+/// Without a command: `hysteron demo`.
 #[derive(Debug, Parser)]
 #[command(name = "hysteron", version, after_help = EXAMPLES)]
 struct Arguments {
@@ -32,6 +31,7 @@ struct Arguments {
 
 const EXAMPLES: &str = "\
 Examples:
+  hysteron demo --seed 3
   hysteron identify measured/ --out out/stage
   hysteron diagnose measured/ --out out/found
   hysteron compensate --model out/stage/model.toml --reference scan.csv --out drive.csv
@@ -47,6 +47,8 @@ Exit codes: 0 done, 2 bad input or a file that cannot be read or written, 130 in
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Show it all on simulated stages: identify, compensate, find a hidden effect.
+    Demo(demo::Arguments),
     /// Fit a model to a data set: model.toml, identification.json, report.html.
     Identify(identify::Arguments),
     /// Find what a model misses of a data set and add it: report.html, model.toml, diagnosis.json.
@@ -72,7 +74,8 @@ pub fn run() -> Result<(), Error> {
     let arguments = Arguments::parse();
     remove_unfinished_on_interrupt()?;
     let done = match arguments.command {
-        None => experiment::demonstrate(&PathBuf::from("out/demo")),
+        None => demo::run(&demo::Arguments::default()),
+        Some(Command::Demo(arguments)) => demo::run(&arguments),
         Some(Command::Identify(arguments)) => identify::run(&arguments),
         Some(Command::Diagnose(arguments)) => diagnose::run(&arguments),
         Some(Command::Simulate(arguments)) => simulate::run(&arguments),

@@ -135,6 +135,17 @@ pub fn excess(rms: f64, noise: f64) -> f64 {
 }
 
 impl FoundEffect {
+    /// The laws of the rest of the ambiguity set, the likeliest first, each once.
+    pub fn other_laws(&self) -> Vec<&'static str> {
+        let mut others = Vec::new();
+        for law in self.also_possible.iter().map(|effect| effect.law()) {
+            if law != self.effect.law() && !others.contains(&law) {
+                others.push(law);
+            }
+        }
+        others
+    }
+
     /// All its numbers, those of a map one by one, with their intervals.
     pub(super) fn numbers_with_intervals(
         &self,

@@ -47,6 +47,8 @@ struct File {
 struct Found {
     /// Its name.
     name: &'static str,
+    /// Name of its stage in `model.toml`: `output-quadratic` for `quadratic` that acts behind the modes.
+    stage: &'static str,
     /// The rest of the ambiguity set.
     also_possible: Vec<&'static str>,
     /// Excess after adding it over the excess before, on the `select` records.
@@ -203,8 +205,9 @@ impl Found {
             }
         }
         Self {
-            name: found.effect.name(),
-            also_possible: found.also_possible.iter().map(|e| e.name()).collect(),
+            name: found.effect.law(),
+            stage: found.effect.name(),
+            also_possible: found.other_laws(),
             left_over: found.left_over,
             inverted: found.effect.template().inverted(),
             parameters,

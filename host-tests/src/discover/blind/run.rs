@@ -148,12 +148,8 @@ fn named(found: &Diagnosis) -> Vec<Named> {
         .effects
         .iter()
         .map(|one| Named {
-            name: one.effect.name().to_owned(),
-            also_possible: one
-                .also_possible
-                .iter()
-                .map(|e| e.name().to_owned())
-                .collect(),
+            name: one.effect.law().to_owned(),
+            also_possible: one.other_laws().into_iter().map(str::to_owned).collect(),
         })
         .collect()
 }

@@ -7,15 +7,27 @@ use crate::discover::{Diagnosis, Options, RecordResiduals, Residuals, diagnose};
 use crate::error::Error;
 use crate::metrics::rms_error;
 use crate::model_file::ModelFile;
-use crate::plant::hidden::{Choice, HiddenCase, HiddenPlant, Protocol, Tier, Truth};
+use crate::plant::hidden::{Choice, Effect, HiddenCase, HiddenPlant, Protocol, Tier, Truth};
 use crate::report::{Axis, KeyFigure, Page, Plot, Series, Style};
 use crate::stage;
 
 use super::super::references::{Grid, sine};
 use super::super::refused;
 
-/// Seed that draws the stage and its effect.
-pub const SEED: u64 = 11;
+/// Effects that a compensator undoes and any stage can have: one of them is hidden.
+const HIDEABLE: [Effect; 11] = [
+    Effect::AmplifierLag,
+    Effect::TransportDelay,
+    Effect::Congruency,
+    Effect::Asymmetry,
+    Effect::Quadratic,
+    Effect::Cubic,
+    Effect::Backlash,
+    Effect::Resonance,
+    Effect::Creep,
+    Effect::Interleaving,
+    Effect::SensorLag,
+];
 /// Size of the effect and of the noise, percent of the stroke.
 const STRENGTH: f64 = 1.5;
 const NOISE: f64 = 0.05;
@@ -45,8 +57,8 @@ pub struct Discovery {
     pub frequency_hz: f64,
 }
 
-/// Hides an effect drawn by the seed in a stage of tier 2, diagnoses its records of the given protocol,
-/// and drives the stage by the model before and after.
+/// Hides an effect drawn by the seed in a stage of tier 2 drawn by it too, diagnoses its records of the
+/// given protocol, and drives the stage by the model before and after.
 ///
 /// # Errors
 /// Those of [`diagnose`], and models that cannot be inverted.
@@ -55,8 +67,9 @@ pub fn discover(
     protocol: Protocol,
     progress: &(dyn Fn(&str) + Sync),
 ) -> Result<Discovery, Error> {
+    let effect = HIDEABLE[(seed % HIDEABLE.len() as u64) as usize];
     let case = HiddenCase {
-        choice: Choice::Random(1),
+        choice: Choice::Named(vec![effect]),
         seed,
         protocol,
         tier: Tier::Finer,
@@ -165,7 +178,8 @@ impl Discovery {
         let [before, after] = self.rms_um;
         vec![
             format!(
-                "hidden in another stage: {}; named: {}",
+                "hidden in another stage (--seed {}): {}; named: {}",
+                self.truth.seed,
                 self.truth.effects.join(", "),
                 self.named()
             ),
@@ -217,9 +231,9 @@ impl Discovery {
     pub(super) fn show(&self, page: &mut Page) {
         page.section("An effect is hidden, found, named, added", |section| {
             section.paragraph(format!(
-                "In another stage an effect was hidden, drawn by seed {}, which was chosen for an effect that \
-                 can be compensated: {}. The diagnosis, which sees the records alone, named: {}. The baseline is hysteresis with its rate \
-                 term; the extended model has what was named besides.",
+                "In another stage an effect was hidden, drawn from those that can be compensated (--seed {} \
+                 draws it again): {}. The diagnosis, which sees the records alone, named: {}. The \
+                 baseline is hysteresis with its rate term; the extended model has what was named besides.",
                 self.truth.seed,
                 self.truth.effects.join(", "),
                 self.named(),

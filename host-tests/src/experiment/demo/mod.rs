@@ -23,7 +23,7 @@ use crate::stage;
 use super::references::{Grid, Reference, major_minor, multisine, raster, sine, triangle};
 use super::refused;
 
-pub use discovery::{Discovery, SEED, discover};
+pub use discovery::{Discovery, discover};
 
 /// Time between samples in s.
 const SAMPLE_TIME_S: f64 = 1e-4;

@@ -219,6 +219,14 @@ impl Effect {
         self.template().name()
     }
 
+    /// Name of the physical law: even curvature is `quadratic` wherever in the chain it acts.
+    pub fn law(self) -> &'static str {
+        match self {
+            Self::OutputQuadratic => Self::Quadratic.name(),
+            other => other.name(),
+        }
+    }
+
     /// The effect of that name.
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|effect| effect.name() == name)

@@ -94,7 +94,9 @@ impl HiddenCase {
         let effects = self.choice.effects(self.seed)?;
 
         let setup = Setup::draw(self.seed);
-        let session = Session::new(plan(self.protocol, &setup, self.seed));
+        let session = Session {
+            plans: plan(self.protocol, &setup, self.seed),
+        };
         let rate_term = if effects.contains(&Effect::RateDependence) {
             RateTerms::None
         } else if effects.contains(&Effect::RateLaw) {

@@ -1,7 +1,7 @@
 //! A hidden stage that can be run.
 
 use super::Tier;
-use super::core::RateTerm;
+use super::core::{Element, RateTerm};
 use super::effect::Effect;
 use super::law::Law;
 use super::parts;
@@ -13,6 +13,8 @@ const FINER: usize = 8;
 const STEPS_A_PERIOD: f64 = 20.0;
 /// Most fine steps a sample.
 const MOST_STEPS: f64 = 500.0;
+/// Parts that a slow move between two records is made in.
+const PARTS: usize = 16;
 /// Time constant with which the contact of a compliant gap yields, as a share of a top period.
 const CONTACT: f64 = 0.02;
 
@@ -33,9 +35,19 @@ impl HiddenPlant {
     /// Displacement in um without noise for a drive in V, from rest at its first sample, which the
     /// stage was brought to slowly from the virgin state; the first sample is at time 0.
     pub fn run(&self, drive_v: &[f64], sample_time_s: f64) -> Vec<f64> {
-        let mut displacement = self.displacement(&[], drive_v, sample_time_s, 0.0);
+        let mut displacement = self.virgin().answer(drive_v, sample_time_s, 0.0);
         self.quantise(&mut displacement);
         displacement
+    }
+
+    /// The stage before its first record.
+    pub(super) fn virgin(&self) -> Stage<'_> {
+        Stage {
+            plant: self,
+            element: self.baseline.core.virgin(self.kappa()),
+            gap: 0.0,
+            left_v: vec![0.0],
+        }
     }
 
     /// The same stage without its effects.
@@ -49,53 +61,6 @@ impl HiddenPlant {
     fn law<T>(&self, effect: Effect, found: impl Fn(&Law) -> Option<T>) -> Option<T> {
         let law = self.laws.iter().find(|law| law.effect() == effect)?;
         found(law)
-    }
-
-    /// Displacement before noise and rounding, um, behind a history of slow moves, V.
-    pub(super) fn displacement(
-        &self,
-        history_v: &[f64],
-        drive_v: &[f64],
-        sample_time_s: f64,
-        start_s: f64,
-    ) -> Vec<f64> {
-        let steps = self.steps(sample_time_s);
-        let step_s = sample_time_s / steps as f64;
-        let command = parts::refine(drive_v, steps);
-        let mut before = history_v.to_vec();
-        let drive = self.at_the_actuator(&mut before, command.clone(), step_s);
-
-        let (mut before, mut signal) =
-            self.baseline
-                .core
-                .run(&before, &drive, step_s, &self.rate_term(), self.kappa());
-        self.bend(&mut before);
-        self.bend(&mut signal);
-        for law in &self.laws {
-            if let Law::Backlash { width } = *law {
-                if self.tier == Tier::Other {
-                    let contact_s = CONTACT / self.setup.top_hz;
-                    parts::soft_backlash(&before, &mut signal, 0.5 * width, contact_s, step_s);
-                } else {
-                    parts::backlash(&before, &mut signal, 0.5 * width);
-                }
-            }
-        }
-        let gain = self.setup.gain_um_per_v();
-        signal.iter_mut().for_each(|w| *w *= gain);
-        self.behind_the_gain(&mut signal, &command, steps, step_s);
-
-        let at = |k: usize| start_s + k as f64 * sample_time_s;
-        let added = |k: usize| -> f64 {
-            let other = self.tier == Tier::Other;
-            self.laws.iter().map(|law| law.added_um(at(k), other)).sum()
-        };
-        signal
-            .iter()
-            .step_by(steps)
-            .enumerate()
-            .map(|(k, y)| y + self.setup.offset_um + added(k))
-            .collect()
     }
 
     /// Rounds to the sensor's step, where it has one.
@@ -127,14 +92,12 @@ impl HiddenPlant {
     }
 
     /// Saturation, slew limit, lag and delay.
-    fn at_the_actuator(&self, before: &mut [f64], mut drive: Vec<f64>, step_s: f64) -> Vec<f64> {
+    fn at_the_actuator(&self, mut drive: Vec<f64>, step_s: f64) -> Vec<f64> {
         for law in &self.laws {
             match *law {
-                Law::Saturation { limit_v } => {
-                    let clip = |u: &mut f64| *u = u.clamp(-limit_v, limit_v);
-                    before.iter_mut().for_each(clip);
-                    drive.iter_mut().for_each(clip);
-                }
+                Law::Saturation { limit_v } => drive
+                    .iter_mut()
+                    .for_each(|u| *u = u.clamp(-limit_v, limit_v)),
                 Law::SlewLimit { slew_v_per_s } => {
                     parts::limit_steps(&mut drive, slew_v_per_s * step_s);
                 }
@@ -227,5 +190,110 @@ impl HiddenPlant {
                 _ => {}
             }
         }
+    }
+}
+
+/// A stage in a session: what it remembers from one record to the next. Between records it comes to
+/// rest, and everything but the hysteresis and the gap forgets.
+pub(super) struct Stage<'a> {
+    plant: &'a HiddenPlant,
+    element: Element<'a>,
+    /// Where the middle of the gap is, V.
+    gap: f64,
+    /// What reached the actuator at the end of the last record, and where that came to rest, V.
+    left_v: Vec<f64>,
+}
+
+impl Stage<'_> {
+    /// Displacement before noise and rounding, um: a slow move to the first sample of the drive, V, and
+    /// then the record.
+    pub(super) fn answer(&mut self, drive_v: &[f64], sample_time_s: f64, start_s: f64) -> Vec<f64> {
+        let plant = self.plant;
+        let steps = plant.steps(sample_time_s);
+        let step_s = sample_time_s / steps as f64;
+        let command = parts::refine(drive_v, steps);
+        let drive = plant.at_the_actuator(command.clone(), step_s);
+        let (Some(&first), Some(&last)) = (drive.first(), drive.last()) else {
+            return Vec::new();
+        };
+
+        self.left_v.push(first);
+        let mut before = self
+            .element
+            .moved_slowly(&parts::refine(&self.left_v, PARTS));
+        let mut signal = self.element.driven(&drive, step_s, &plant.rate_term());
+        // What lagged behind the command reaches its end.
+        self.left_v = vec![last];
+        let end = drive_v.last().copied().into_iter().collect();
+        self.left_v.extend(plant.at_the_actuator(end, step_s));
+
+        plant.bend(&mut before);
+        plant.bend(&mut signal);
+        for law in &plant.laws {
+            if let Law::Backlash { width } = *law {
+                let half = 0.5 * width;
+                self.gap = parts::backlash(self.gap, &mut before, half);
+                self.gap = if plant.tier == Tier::Other {
+                    let contact_s = CONTACT / plant.setup.top_hz;
+                    parts::soft_backlash(self.gap, &mut signal, half, contact_s, step_s)
+                } else {
+                    parts::backlash(self.gap, &mut signal, half)
+                };
+            }
+        }
+        let gain = plant.setup.gain_um_per_v();
+        signal.iter_mut().for_each(|w| *w *= gain);
+        plant.behind_the_gain(&mut signal, &command, steps, step_s);
+
+        let at = |k: usize| start_s + k as f64 * sample_time_s;
+        let other = plant.tier == Tier::Other;
+        let added = |k: usize| -> f64 {
+            let laws = plant.laws.iter();
+            laws.map(|law| law.added_um(at(k), other)).sum()
+        };
+        signal
+            .iter()
+            .step_by(steps)
+            .enumerate()
+            .map(|(k, y)| y + plant.setup.offset_um + added(k))
+            .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plant::hidden::{Choice, HiddenCase};
+
+    /// What is remembered between two records is what is remembered within one.
+    #[test]
+    fn two_records_answer_like_one() -> Result<(), crate::error::Error> {
+        for effect in [Effect::Backlash, Effect::Saturation, Effect::Quadratic] {
+            let hidden = HiddenCase {
+                choice: Choice::Named(vec![effect]),
+                ..HiddenCase::default()
+            };
+            let mut plant = hidden.make()?.plant;
+            // The rate of the first step of a record is not known to it.
+            plant.baseline.beta_s = 0.0;
+            let setup = plant.setup.clone();
+            let drive: Vec<f64> = (0..4000)
+                .map(|k| {
+                    let t = f64::from(k) * 0.01;
+                    let swing = 0.6 * t.sin() + 0.35 * (2.7 * t).sin();
+                    setup.middle_v() + setup.half_v() * swing
+                })
+                .collect();
+            let whole = plant.virgin().answer(&drive, 1e-3, 0.0);
+            for end in [17, 900, 2345] {
+                let mut stage = plant.virgin();
+                let mut parts = stage.answer(&drive[..end], 1e-3, 0.0);
+                parts.extend(stage.answer(&drive[end..], 1e-3, 0.0));
+                for (a, b) in parts.iter().zip(&whole) {
+                    assert!((a - b).abs() < 1e-9, "{effect:?} {end}: {a} {b}");
+                }
+            }
+        }
+        Ok(())
     }
 }

@@ -116,44 +116,12 @@ impl Core {
 
     /// The output along a drive without any rate, from the virgin state.
     fn quasi_static(&self, drive_v: &[f64], kappa: f64) -> Vec<f64> {
-        let rate = RateTerm {
-            beta_s: 0.0,
-            exponent: 1.0,
-            reference: 1.0,
-        };
-        self.run(&[], drive_v, 1.0, &rate, kappa).1
+        self.virgin(kappa).moved_slowly(drive_v)
     }
 
-    /// The outputs along `before_v`, moved through from the virgin state too slowly for a rate, and
-    /// then along `drive_v`, whose samples are `step_s` apart.
-    pub(super) fn run(
-        &self,
-        before_v: &[f64],
-        drive_v: &[f64],
-        step_s: f64,
-        rate: &RateTerm,
-        kappa: f64,
-    ) -> (Vec<f64>, Vec<f64>) {
-        let mut element = Element::new(self, kappa);
-        let before = before_v
-            .iter()
-            .map(|&u| element.advance(u, u, 0.0))
-            .collect();
-        let first = drive_v.first().copied().unwrap_or_default();
-        let mut last = first;
-        let mut dashpot = Dashpot::new(rate, step_s, first);
-        let plays = matches!(self.family, Family::Plays { .. });
-        let during = drive_v
-            .iter()
-            .map(|&u| {
-                let widening = rate.widening((u - last) / step_s);
-                // Only plays have envelopes; the other families are pulled along by a dashpot.
-                let felt = if plays { u } else { dashpot.advance(last, u) };
-                last = u;
-                element.advance(u, felt, widening)
-            })
-            .collect();
-        (before, during)
+    /// The hysteresis before anything moved it.
+    pub(super) fn virgin(&self, kappa: f64) -> Element<'_> {
+        Element::new(self, kappa)
     }
 }
 
@@ -168,7 +136,7 @@ fn span(signal: &[f64]) -> f64 {
 }
 
 /// The running hysteresis.
-struct Element<'a> {
+pub(super) struct Element<'a> {
     core: &'a Core,
     kappa: f64,
     plays: Vec<f64>,
@@ -200,6 +168,29 @@ impl<'a> Element<'a> {
             relays,
             wen: (0.0, 0.0),
         }
+    }
+
+    /// The outputs along a path that is moved through too slowly for a rate.
+    pub(super) fn moved_slowly(&mut self, path_v: &[f64]) -> Vec<f64> {
+        path_v.iter().map(|&u| self.advance(u, u, 0.0)).collect()
+    }
+
+    /// The outputs along a drive whose samples are `step_s` apart, from rest at its first.
+    pub(super) fn driven(&mut self, drive_v: &[f64], step_s: f64, rate: &RateTerm) -> Vec<f64> {
+        let first = drive_v.first().copied().unwrap_or_default();
+        let mut last = first;
+        let mut dashpot = Dashpot::new(rate, step_s, first);
+        let plays = matches!(self.core.family, Family::Plays { .. });
+        drive_v
+            .iter()
+            .map(|&u| {
+                let widening = rate.widening((u - last) / step_s);
+                // Only plays have envelopes; the other families are pulled along by a dashpot.
+                let felt = if plays { u } else { dashpot.advance(last, u) };
+                last = u;
+                self.advance(u, felt, widening)
+            })
+            .collect()
     }
 
     /// `drive_v` for the direct part, `felt_v` and the widening for the hysteresis.

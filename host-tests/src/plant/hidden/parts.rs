@@ -61,30 +61,24 @@ pub(super) fn delay(signal: &[f64], samples: f64) -> Vec<f64> {
         .collect()
 }
 
-/// A play of half-width `half` along `before` and then along `signal`.
-pub(super) fn backlash(before: &[f64], signal: &mut [f64], half: f64) {
-    let mut z = 0.0_f64;
-    for &w in before {
-        z = z.clamp(w - half, w + half);
-    }
+/// A play of half-width `half` along `signal` from a middle at `z`; where that ends.
+pub(super) fn backlash(mut z: f64, signal: &mut [f64], half: f64) -> f64 {
     for w in signal {
         z = z.clamp(*w - half, *w + half);
         *w = z;
     }
+    z
 }
 
-/// The same gap with a compliant contact: what touches is pulled in with a time constant.
+/// The same gap with a compliant contact: what touches is pulled in with a time constant. At rest at
+/// the first sample.
 pub(super) fn soft_backlash(
-    before: &[f64],
+    mut z: f64,
     signal: &mut [f64],
     half: f64,
     contact_s: f64,
     step_s: f64,
-) {
-    let mut z = 0.0_f64;
-    for &w in before {
-        z = z.clamp(w - half, w + half);
-    }
+) -> f64 {
     let share = -(-step_s / contact_s).exp_m1();
     for (k, w) in signal.iter_mut().enumerate() {
         let wanted = z.clamp(*w - half, *w + half);
@@ -95,6 +89,7 @@ pub(super) fn soft_backlash(
         };
         *w = z;
     }
+    z
 }
 
 /// A mode, exact for straight lines.

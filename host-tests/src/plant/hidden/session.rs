@@ -6,32 +6,19 @@ use super::chain::HiddenPlant;
 use super::protocol::Plan;
 use super::truth::Roles;
 
-/// Parts that a slow move between two turning points is made in.
-const PARTS: usize = 16;
-
-/// A planned session with the slow moves before each record.
+/// A planned session.
 #[derive(Clone, Debug)]
 pub(super) struct Session {
     pub(super) plans: Vec<Plan>,
-    histories: Vec<Vec<f64>>,
 }
 
 impl Session {
-    pub(super) fn new(plans: Vec<Plan>) -> Self {
-        let histories = (0..plans.len())
-            .map(|k| history(&plans[..k], &plans[k]))
-            .collect();
-        Self { plans, histories }
-    }
-
-    /// What a stage answers, without noise and rounding, um.
+    /// What a stage answers, record after record, without noise and rounding, um.
     pub(super) fn answers(&self, plant: &HiddenPlant) -> Vec<Vec<f64>> {
+        let mut stage = plant.virgin();
         self.plans
             .iter()
-            .zip(&self.histories)
-            .map(|(plan, history)| {
-                plant.displacement(history, &plan.drive_v, plan.sample_time_s, plan.start_s)
-            })
+            .map(|plan| stage.answer(&plan.drive_v, plan.sample_time_s, plan.start_s))
             .collect()
     }
 
@@ -97,80 +84,4 @@ fn affine(with: &[Vec<f64>], without: &[Vec<f64>]) -> (f64, f64) {
         1.0
     };
     (y - gain * x, gain)
-}
-
-/// What a stage of nested loops still knows of all records before, and the way to the next record, in
-/// small parts.
-fn history(before: &[Plan], next: &Plan) -> Vec<f64> {
-    let Some(&to) = next.drive_v.first() else {
-        return Vec::new();
-    };
-    if before.is_empty() {
-        return Vec::new();
-    }
-    let all = || before.iter().flat_map(|plan| plan.drive_v.iter().copied());
-    let mut corners = vec![0.0];
-    corners.extend(remembered(&all().collect::<Vec<f64>>()));
-    corners.push(to);
-    super::parts::refine(&corners, PARTS)
-}
-
-/// The samples that no later one wipes out: seen from the end, each extreme beyond all that followed, the
-/// end first of them.
-fn remembered(drive: &[f64]) -> Vec<f64> {
-    let Some(&end) = drive.last() else {
-        return Vec::new();
-    };
-    let (mut low, mut high) = (end, end);
-    let mut kept = vec![end];
-    let mut rising = None;
-    for &u in drive.iter().rev() {
-        let beyond = if u > high {
-            high = u;
-            Some(true)
-        } else if u < low {
-            low = u;
-            Some(false)
-        } else {
-            None
-        };
-        match beyond {
-            // Farther out on the same side: that is the extreme.
-            Some(up) if rising == Some(up) => {
-                kept.pop();
-                kept.push(u);
-            }
-            Some(up) => {
-                rising = Some(up);
-                kept.push(u);
-            }
-            None => {}
-        }
-    }
-    kept.reverse();
-    kept
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A play at the end of the whole drive is where it is after what is remembered of it.
-    #[test]
-    fn what_is_remembered_sets_every_play() {
-        let drive: Vec<f64> = (0..4000)
-            .map(|k| {
-                let t = f64::from(k) * 0.01;
-                (1.0 + 0.4 * (0.13 * t).cos()) * (t.sin() + 0.6 * (2.7 * t).sin())
-            })
-            .collect();
-        let play =
-            |drive: &[f64], r: f64| drive.iter().fold(0.0f64, |z, u| z.min(u + r).max(u - r));
-        for end in [17, 900, 2345, 4000] {
-            let kept = remembered(&drive[..end]);
-            for r in [0.0, 0.05, 0.3, 0.8, 1.5] {
-                assert_eq!(play(&kept, r), play(&drive[..end], r), "{end} {r}");
-            }
-        }
-    }
 }

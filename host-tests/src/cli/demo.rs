@@ -14,7 +14,6 @@ use hysteron_host::plant::hidden::Protocol;
 
 use super::progress;
 use super::say::say;
-use super::say::say;
 
 #[derive(Debug, Args)]
 pub struct Arguments {

@@ -161,30 +161,49 @@ impl CsvTable {
         let mut columns = [const { Vec::new() }; N];
         let mut lines = LineMap::default();
         let mut row = 0;
-        while let Some(line) = self.next_row()? {
-            if self.record.len() != self.headers.len() {
-                return Err(self.place.line(line).error(format!(
-                    "the row has {} and the header {}; give every row one number a column, with \
-                     a decimal point",
-                    cells(self.record.len()),
-                    self.headers.len(),
-                )));
-            }
-            for (column, request) in columns.iter_mut().zip(requests) {
-                let cell = trim(&self.record[request.index]);
-                let value = parse(cell)
-                    .and_then(|value| finite(request.scale.apply(value), cell))
-                    .map_err(|problem| {
-                        let name = &self.headers[request.index];
-                        let place = self.place.clone().line(line).column(name);
-                        place.error(format!("{problem}; remove or repair the row"))
-                    })?;
+        while let Some((line, values)) = self.next_numbers(&requests)? {
+            for (column, value) in columns.iter_mut().zip(values) {
                 column.push(value);
             }
             lines.push(row, line);
             row += 1;
         }
         Ok(NumberTable { columns, lines })
+    }
+
+    /// Reads the next row: its line, and the requested numbers in the order of the request.
+    pub(crate) fn next_numbers<const N: usize>(
+        &mut self,
+        requests: &[ColumnRequest; N],
+    ) -> Result<Option<(u64, [f64; N])>, Error> {
+        let Some(line) = self.next_row()? else {
+            return Ok(None);
+        };
+        if self.record.len() != self.headers.len() {
+            return Err(self.place.clone().line(line).error(format!(
+                "the row has {} and the header {}; give every row one number a column, with a \
+                 decimal point",
+                cells(self.record.len()),
+                self.headers.len(),
+            )));
+        }
+        let mut values = [0.0; N];
+        for (value, request) in values.iter_mut().zip(requests) {
+            let cell = trim(&self.record[request.index]);
+            *value = parse(cell)
+                .and_then(|value| finite(request.scale.apply(value), cell))
+                .map_err(|problem| {
+                    let name = &self.headers[request.index];
+                    let place = self.place.clone().line(line).column(name);
+                    place.error(format!("{problem}; remove or repair the row"))
+                })?;
+        }
+        Ok(Some((line, values)))
+    }
+
+    /// Bytes of the file that have been read.
+    pub(crate) fn bytes_read(&self) -> u64 {
+        self.reader.position().byte()
     }
 
     /// Reads the next row that is neither blank nor a comment into `record`; gives its line.

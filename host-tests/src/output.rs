@@ -6,7 +6,7 @@
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, BufWriter, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -33,7 +33,7 @@ fn unfinished() -> MutexGuard<'static, Unfinished> {
 }
 
 /// Makes Ctrl-C, and termination and hang-up where the system knows them, remove every unfinished
-/// file before the process ends with exit code 130; while an [`interrupt::Deferred`] lives, the first
+/// file before the process says so in one line and ends with exit code 130; while an [`interrupt::Deferred`] lives, the first
 /// one is left to its owner. To be called once, by the program's `main`.
 ///
 /// # Errors
@@ -51,6 +51,13 @@ pub fn remove_unfinished_on_interrupt() -> Result<(), Error> {
         for folder in unfinished.folders.iter().rev() {
             let _ = fs::remove_dir(folder);
         }
+        // A line of progress may stand where the message goes.
+        let mut errors = io::stderr().lock();
+        let clear = if errors.is_terminal() { "\r\x1b[K" } else { "" };
+        let _ = writeln!(
+            errors,
+            "{clear}error: interrupted; nothing unfinished is left, earlier files are as they were"
+        );
         std::process::exit(130);
     })
     .map_err(|error| Error::request(format!("Ctrl-C cannot be handled: {error}; start again")))
@@ -191,7 +198,7 @@ impl AtomicFile {
     /// When the system refuses to write the rest or to rename; the destination is then as it was.
     pub fn commit(mut self) -> Result<(), Error> {
         self.complete()?;
-        self.publish()
+        publish(vec![self])
     }
 
     /// Everything that may fail for want of space, before anything is renamed.
@@ -203,23 +210,49 @@ impl AtomicFile {
             .map_err(|source| cannot_write(&self.place, source))
     }
 
-    /// Renames a completed file.
-    fn publish(mut self) -> Result<(), Error> {
-        let refuse = |source| cannot_write(&self.place, source);
-        let file = self
-            .writer
+    /// Renames a completed file. What is handed back takes [`UNFINISHED`] when it is dropped.
+    fn rename(self) -> (Result<(), Error>, Listed, MadeFolders) {
+        let Self {
+            writer,
+            listed,
+            made,
+            destination,
+            place,
+        } = self;
+        let renamed = writer
             .into_inner()
-            .map_err(|error| refuse(error.into_error()))?;
-        {
-            // Held so that an interrupt comes before the rename or after it.
-            let _unfinished = unfinished();
-            file.persist(&self.destination)
-                .map_err(|error| refuse(error.error))?;
-        }
-        drop(self.listed);
-        self.made.keep();
-        Ok(())
+            .map_err(io::IntoInnerError::into_error)
+            .and_then(|file| file.persist(&destination).map_err(|refused| refused.error))
+            .map_err(|source| cannot_write(&place, source));
+        (renamed.map(drop), listed, made)
     }
+}
+
+/// Renames completed files in one go: an interrupt comes before the first rename or after the last.
+fn publish(files: Vec<AtomicFile>) -> Result<(), Error> {
+    // Both outlive the lock, which what they hold takes when it is dropped.
+    let mut files = files.into_iter();
+    let mut tried = Vec::with_capacity(files.len());
+    {
+        let _unfinished = unfinished();
+        for file in files.by_ref() {
+            let (renamed, listed, made) = file.rename();
+            let refused = renamed.is_err();
+            tried.push((renamed, listed, made));
+            if refused {
+                break;
+            }
+        }
+    }
+    tried
+        .into_iter()
+        .try_for_each(|(renamed, listed, mut made)| {
+            drop(listed);
+            if renamed.is_ok() {
+                made.keep();
+            }
+            renamed
+        })
 }
 
 impl Write for AtomicFile {
@@ -299,6 +332,8 @@ impl OutputFolder {
     fn add_file(&mut self, mut file: AtomicFile) -> Result<(), Error> {
         // A full disk shows here, while nothing has been renamed yet.
         file.complete()?;
+        // Other files stand in a folder that this one made: it goes when all of them have gone.
+        self.made.0.append(&mut file.made.0);
         self.staged.push(file);
         Ok(())
     }
@@ -309,8 +344,9 @@ impl OutputFolder {
     /// When the system refuses a rename, which after staging only happens when somebody else changes
     /// the folder meanwhile; files renamed before it are complete.
     pub fn commit(mut self) -> Result<(), Error> {
+        publish(std::mem::take(&mut self.staged))?;
         self.made.keep();
-        self.staged.drain(..).try_for_each(AtomicFile::publish)
+        Ok(())
     }
 }
 
@@ -331,7 +367,17 @@ fn cannot_create(place: &Place, source: io::Error) -> Error {
 }
 
 fn cannot_write(place: &Place, source: io::Error) -> Error {
+    let remedy = "free some space or write elsewhere";
     place
         .clone()
-        .io_error("cannot write", "free some space or write elsewhere", source)
+        .io_error("cannot write", remedy, of_system(source))
+}
+
+/// What the system said, without the temporary name that the library adds.
+fn of_system(error: io::Error) -> io::Error {
+    let within = error.get_ref().and_then(|within| within.source());
+    let code = within
+        .and_then(|source| source.downcast_ref::<io::Error>())
+        .and_then(io::Error::raw_os_error);
+    code.map_or(error, io::Error::from_raw_os_error)
 }

@@ -37,14 +37,7 @@ pub(crate) fn uniform_step(
 
     if let Some(at) = steps().position(|step| step <= 0.0) {
         let (before, after) = (time_s[at], time_s[at + 1]);
-        let problem = if after == before {
-            format!("the time {after} s is that of the row before; remove the repeated row")
-        } else {
-            format!(
-                "the time goes back from {before} s to {after} s; put the rows in order of time"
-            )
-        };
-        return refuse(at + 1, problem);
+        return refuse(at + 1, not_after(before, after));
     }
 
     let (Some(&first), Some(&last)) = (time_s.first(), time_s.last()) else {
@@ -66,30 +59,57 @@ pub(crate) fn uniform_step(
     for (expected, tolerance) in [(median, GAP_TOLERANCE), (mean, STEP_TOLERANCE)] {
         if let Some(at) = steps().position(|step| (step - expected).abs() > tolerance * expected) {
             let step = time_s[at + 1] - time_s[at];
-            let problem = format!(
-                "the time steps by {} s here and by {} s elsewhere; the samples must be uniform: \
-                 split the record at the gap or resample it",
-                short(step),
-                short(expected),
-            );
-            return refuse(at + 1, problem);
+            return refuse(at + 1, uneven(step, expected));
         }
     }
 
     let stray = |row: usize| time_s[row] - (first + mean * row as f64);
     let worst = (0..time_s.len()).max_by(|&a, &b| stray(a).abs().total_cmp(&stray(b).abs()));
     match worst.map(|row| (row, stray(row).abs())) {
-        Some((row, off)) if off > STRAY_STEPS * mean + CLOCK_TOLERANCE * (last - first) => {
-            let problem = format!(
-                "the time is {} s off a uniform grid of {} s; the sample rate changes within the \
-                 record: split it there or resample it",
-                short(off),
-                short(mean),
-            );
-            refuse(row, problem)
+        Some((row, off)) if off > most_stray(mean, last - first) => {
+            refuse(row, off_grid(off, mean))
         }
         _ => Ok(mean),
     }
+}
+
+/// Whether a step is too far off the mean step.
+pub(crate) fn is_uneven(step: f64, mean: f64) -> bool {
+    (step - mean).abs() > STEP_TOLERANCE * mean
+}
+
+/// How far a time may stray from the grid of a record of so many seconds, in s.
+pub(crate) fn most_stray(mean: f64, duration: f64) -> f64 {
+    STRAY_STEPS * mean + CLOCK_TOLERANCE * duration
+}
+
+/// What is wrong with a time that is not later than the one before.
+pub(crate) fn not_after(before: f64, after: f64) -> String {
+    if after == before {
+        format!("the time {after} s is that of the row before; remove the repeated row")
+    } else {
+        format!("the time goes back from {before} s to {after} s; put the rows in order of time")
+    }
+}
+
+/// What is wrong with a step.
+pub(crate) fn uneven(step: f64, expected: f64) -> String {
+    format!(
+        "the time steps by {} s here and by {} s elsewhere; the samples must be uniform: split the \
+         record at the gap or resample it",
+        short(step),
+        short(expected),
+    )
+}
+
+/// What is wrong with a time that strays.
+pub(crate) fn off_grid(off: f64, mean: f64) -> String {
+    format!(
+        "the time is {} s off a uniform grid of {} s; the sample rate changes within the record: \
+         split it there or resample it",
+        short(off),
+        short(mean),
+    )
 }
 
 /// Six significant digits, without the noise of a difference of two times.

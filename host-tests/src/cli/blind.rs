@@ -10,6 +10,7 @@ use hysteron_host::output::OutputFolder;
 use hysteron_host::plant::hidden::{Protocol, Tier};
 
 use super::{hide, progress};
+use crate::cli::say::say;
 
 /// Hide effects in simulated data, diagnose them, and hold the answers against the truth.
 ///
@@ -80,7 +81,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     folder.add("report.html", found.page().to_html())?;
     folder.commit()?;
     summary(&found);
-    println!(
+    say!(
         "written to {}: report.html, blind.json",
         arguments.out.display()
     );
@@ -92,7 +93,7 @@ fn summary(found: &Blind) {
     let line = |what: &str, share: Share| {
         if let Some(rate) = share.rate() {
             let Share { count, of } = share;
-            println!("{what:<40} {count:>5} of {of:<5} {:>5.1} %", 1e2 * rate);
+            say!("{what:<40} {count:>5} of {of:<5} {:>5.1} %", 1e2 * rate);
         }
     };
     line("effects that must be found", scores.revealed);
@@ -104,15 +105,17 @@ fn summary(found: &Blind) {
     line("no effect: unknown", scores.false_alarms);
     line("diagnoses that failed", scores.errors);
     if let Some(size) = scores.mean_set_size {
-        println!("{:<40} {size:>8.2}", "mean size of the set");
+        say!("{:<40} {size:>8.2}", "mean size of the set");
     }
     if let Some(closed) = scores.closed {
-        println!("{:<40} {:>8.3}", "gap closed, median", closed.median);
+        say!("{:<40} {:>8.3}", "gap closed, median", closed.median);
     }
     if let Some(seconds) = scores.seconds {
-        println!(
+        say!(
             "{:<40} {:>8.2} s, at most {:.2} s",
-            "processor time of a case, median", seconds.median, seconds.largest
+            "processor time of a case, median",
+            seconds.median,
+            seconds.largest
         );
     }
 }

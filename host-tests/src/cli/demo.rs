@@ -13,6 +13,7 @@ use hysteron_host::output::OutputFolder;
 use hysteron_host::plant::hidden::Protocol;
 
 use super::progress;
+use super::say::say;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -81,16 +82,16 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     folder.add("report.html", shown.page().to_html())?;
     folder.commit()?;
 
-    println!("{}", shown.found.describe_structure());
-    println!("largest error (um)            straight line  compensated");
+    say!("{}", shown.found.describe_structure());
+    say!("largest error (um)            straight line  compensated");
     for tracking in &shown.tracking {
         let [without, with] = tracking.largest_um;
-        println!("{:<28} {without:>14.2} {with:>12.2}", tracking.name);
+        say!("{:<28} {without:>14.2} {with:>12.2}", tracking.name);
     }
     for line in lines {
-        println!("{line}");
+        say!("{line}");
     }
-    println!(
+    say!(
         "open {} (beside it: model.toml, identification.json, demo.json, data/)",
         out.join("report.html").display()
     );

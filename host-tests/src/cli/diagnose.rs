@@ -4,17 +4,18 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use hysteron_host::dataset::Dataset;
+use hysteron_host::dataset::long;
 use hysteron_host::discover::{
     Baseline, Diagnosis, Options, diagnose, localise, next_record, page,
 };
 use hysteron_host::error::Error;
-use hysteron_host::identify::Effect;
+use hysteron_host::identify::{Effect, whole};
 use hysteron_host::model_file::{self, BUILTIN_NAMES};
 use hysteron_host::output::OutputFolder;
 use hysteron_host::report::format_number;
 
 use super::progress;
+use crate::cli::say::say;
 
 /// Find what a baseline model misses of a data set: name the missing effect, add it, show the gap
 /// shrink.
@@ -39,6 +40,10 @@ pub struct Arguments {
     /// Draw so many sets of records without effect to find the bar for a name, instead of half the noise.
     #[arg(long, value_name = "DRAWS", default_value_t = 0, value_parser = draws)]
     bootstrap: usize,
+    /// Most samples to work on; at least 4096; longer data sets are condensed, and scored on
+    /// every sample at the end.
+    #[arg(long, value_name = "N", default_value_t = long::MOST_SAMPLES)]
+    samples: usize,
 }
 
 const EXAMPLES: &str = "\
@@ -80,32 +85,43 @@ fn effect(text: &str) -> Result<Effect, Error> {
 /// Diagnoses, writes the folder, prints the figures.
 pub fn run(arguments: &Arguments) -> Result<(), Error> {
     let baseline = baseline(&arguments.baseline)?;
-    let dataset = Dataset::load(&arguments.data)?;
+    let mut folder = OutputFolder::create(&arguments.out)?;
+    let steps = progress::steps("diagnosing");
+    let tell = |step: &str| steps.set_message(step.to_owned());
+    let loaded = long::load(&arguments.data, arguments.samples, &tell)?;
+    let dataset = &loaded.dataset;
     let allowed = |effect: &Effect| !arguments.without.contains(effect);
     let options = Options {
         baseline,
         library: Effect::ALL.into_iter().filter(allowed).collect(),
         bootstrap: arguments.bootstrap,
     };
-    let steps = progress::steps("diagnosing");
-    let mut found = diagnose(&dataset, &options, &|step| {
-        steps.set_message(step.to_owned())
-    })?;
-    steps.set_message("weighing the next record");
-    found.next_record = next_record(&found, &dataset);
-    steps.set_message("writing the report");
+    let mut found = diagnose(dataset, &options, &tell)?;
+    tell("weighing the next record");
+    found.next_record = next_record(&found, dataset);
+    if let Some(long) = &loaded.long {
+        found.notes.extend(long.notes().iter().cloned());
+        let score = |model| whole(long, model, &tell);
+        let both = score(&found.baseline_model).and_then(|base| Ok([base, score(&found.model)?]));
+        match both {
+            Ok(both) => found.whole = Some(both),
+            Err(error) => found
+                .notes
+                .push(format!("Not scored on every sample: {error}")),
+        }
+    }
+    tell("writing the report");
     let places = localise::localise(&found);
     let json = found.to_json(&places);
     let html = page(&found, &places).to_html();
     steps.finish_and_clear();
 
-    let mut folder = OutputFolder::create(&arguments.out)?;
     folder.add("model.toml", found.model.to_toml_string())?;
     folder.add("diagnosis.json", format!("{json:#}\n"))?;
     folder.add("report.html", html)?;
     folder.commit()?;
     print_summary(&found, &places);
-    println!(
+    say!(
         "written to {}: report.html, model.toml, diagnosis.json",
         arguments.out.display()
     );
@@ -118,8 +134,8 @@ fn print_summary(found: &Diagnosis, places: &[localise::Place]) {
         Some(um) => format_number(found.unit.from_um(um)),
         None => "-".to_owned(),
     };
-    println!("{}", found.sentence());
-    println!(
+    say!("{}", found.sentence());
+    say!(
         "{:<26} {:>10} {:>10} {:>10}",
         format!("rms residual ({unit})"),
         "fit",
@@ -132,23 +148,34 @@ fn print_summary(found: &Diagnosis, places: &[localise::Place]) {
         ("extended model", Some(&found.extended)),
     ] {
         let Some(roles) = roles else { continue };
-        println!(
+        say!(
             "{what:<26} {:>10} {:>10} {:>10}",
             shown(roles.fit),
             shown(roles.select),
             shown(roles.report)
         );
     }
-    println!(
+    if let Some(all) = &found.whole {
+        for (what, whole) in ["baseline", "extended"].iter().zip(all) {
+            say!(
+                "{:<26} {:>10} {:>10} {:>10}",
+                format!("{what}, all samples"),
+                shown(whole.rms.fit),
+                shown(whole.rms.select),
+                shown(whole.rms.report)
+            );
+        }
+    }
+    say!(
         "{:<26} {:>10}  {}",
         "noise floor",
         shown(Some(found.noise.0)),
         found.noise.1.describe()
     );
     if let Some(place) = places.first() {
-        println!("where: {}", place.summary);
+        say!("where: {}", place.summary);
     }
     if let Some(next) = &found.next_record {
-        println!("next record: {next}");
+        say!("next record: {next}");
     }
 }

@@ -13,6 +13,7 @@ use hysteron_host::report::Page;
 use serde_json::Value;
 
 use super::progress;
+use crate::cli::say::say;
 
 /// Reproduce a paper's experiments, or go beyond them.
 #[derive(Debug, Args)]
@@ -68,22 +69,22 @@ fn paper_j(out: &Path) -> Result<(), Error> {
     bar.finish_and_clear();
     write(folder, "j.json", &results.to_json(), &results.page())?;
 
-    println!("hysteresis (%)        model  published");
+    say!("hysteresis (%)        model  published");
     for percent in &results.percents {
-        println!(
+        say!(
             "{:>5} Hz           {:>8.2} {:>10.2}",
-            percent.frequency_hz, percent.model, percent.published
+            percent.frequency_hz,
+            percent.model,
+            percent.published
         );
     }
-    println!(
-        "largest error (um), 0.05 to 100 Hz       no inverse  rate-independent  rate-dependent"
-    );
+    say!("largest error (um), 0.05 to 100 Hz       no inverse  rate-independent  rate-dependent");
     for band in &results.bands {
         if let Plant::ModelOwnRate | Plant::StageLagRemoved | Plant::StageWrongLagRemovedMedian =
             band.plant
         {
             let range = |least: f64, most: f64| format!("{least:.2}-{most:.2}");
-            println!(
+            say!(
                 "{:<38} {:>12} {:>17} {:>15}",
                 band.plant.describe(),
                 range(band.least.none, band.most.none),
@@ -92,7 +93,7 @@ fn paper_j(out: &Path) -> Result<(), Error> {
             );
         }
     }
-    println!("written to {}: report.html, j.json", out.display());
+    say!("written to {}: report.html, j.json", out.display());
     Ok(())
 }
 
@@ -105,28 +106,28 @@ fn paper_m(out: &Path) -> Result<(), Error> {
 
     let summary = &results.summary;
     let best = &summary.best_in_free_run;
-    println!(
+    say!(
         "smallest RMSE in free run, of {} frequencies: proposed {}, without g {}, Bouc-Wen {}",
         m::HIGHEST_HZ,
         best.proposed,
         best.truncated,
         best.bouc_wen,
     );
-    println!("rms error (um) of a 50 um sine, compensated   printed law   exact law");
+    say!("rms error (um) of a 50 um sine, compensated   printed law   exact law");
     for at in &results.frequencies {
         if [1.0, 10.0, 20.0, 25.0, 50.0, 74.0, 95.0, 110.0].contains(&at.frequency_hz) {
             let law = &at.proposed;
             let exact = law.exact.as_ref().map_or("refused".to_owned(), |exact| {
                 format!("{:.2}", 1e3 * exact.rms_error_mm)
             });
-            println!(
+            say!(
                 "{:>5} Hz {:>48.2} {exact:>11}",
                 at.frequency_hz,
                 1e3 * law.printed.rms_error_mm,
             );
         }
     }
-    println!("written to {}: report.html, m.json", out.display());
+    say!("written to {}: report.html, m.json", out.display());
     Ok(())
 }
 
@@ -143,10 +144,10 @@ fn beyond_both(out: &Path) -> Result<(), Error> {
     bar.finish_and_clear();
     write(folder, "beyond.json", &results.to_json(), &results.page())?;
 
-    println!("median rms error (um)       identified   10 % off   best   broken     of");
+    say!("median rms error (um)       identified   10 % off   best   broken     of");
     for standing in &results.standings {
         let figure = |um: Option<f64>| um.map_or("refused".to_owned(), |um| format!("{um:.2}"));
-        println!(
+        say!(
             "{:<18}{:<17}{:>3} {:>10} {:>6} {:>8} {:>6}",
             standing.plant.title(),
             standing.compensator.name(),
@@ -158,11 +159,11 @@ fn beyond_both(out: &Path) -> Result<(), Error> {
         );
     }
     let found = &results.comparison;
-    println!(
+    say!(
         "bimorph, 1 to 110 Hz: the cascade leaves {:.1} times less than DIM (median), at most {:.2} um",
         found.median_ratio,
         1e3 * found.worst_mm,
     );
-    println!("written to {}: report.html, beyond.json", out.display());
+    say!("written to {}: report.html, beyond.json", out.display());
     Ok(())
 }

@@ -8,6 +8,8 @@ use hysteron_host::error::Error;
 use hysteron_host::output::OutputFolder;
 use hysteron_host::plant::hidden::{Choice, HiddenCase, Protocol, Tier};
 
+use crate::cli::say::say;
+
 /// Hide an effect in simulated data.
 ///
 /// Writes DIR/data, a data set of a stage drawn by the seed, and beside it DIR/truth.toml, which says
@@ -80,15 +82,16 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         .iter()
         .map(|one| one.drive_v.len())
         .sum();
-    println!(
+    say!(
         "{} records, {samples} samples; written to {}: data, truth.toml",
         hidden.dataset.records.len(),
         arguments.out.display()
     );
     for effect in hidden.truth.details.iter().filter(|one| one.bounded) {
-        println!(
+        say!(
             "one effect has reached its bound at {:.3} percent of the stroke instead of {}",
-            effect.strength, arguments.strength
+            effect.strength,
+            arguments.strength
         );
     }
     Ok(())

@@ -4,15 +4,16 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use hysteron_host::dataset::Dataset;
+use hysteron_host::dataset::long;
 use hysteron_host::error::Error;
 use hysteron_host::identify::{
-    Effect, Identification, Options, RecordWeights, Thresholds, identify, page,
+    Effect, Identification, Options, RecordWeights, Thresholds, identify, page, whole,
 };
 use hysteron_host::output::OutputFolder;
 use hysteron_host::report::format_number;
 
 use super::progress;
+use crate::cli::say::say;
 
 /// Fit a rate-dependent Prandtl-Ishlinskii model to a data set.
 ///
@@ -42,6 +43,10 @@ pub struct Arguments {
     /// Effects to fit together with the hysteresis, as a list with commas.
     #[arg(long, value_enum, value_delimiter = ',', value_name = "LIST")]
     effects: Vec<EffectChoice>,
+    /// Most samples to work on; at least 4096; longer data sets are condensed, and scored on
+    /// every sample at the end.
+    #[arg(long, value_name = "N", default_value_t = long::MOST_SAMPLES)]
+    samples: usize,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -125,20 +130,28 @@ impl Arguments {
 
 /// Identifies, writes the folder, prints the figures.
 pub fn run(arguments: &Arguments) -> Result<(), Error> {
-    let dataset = Dataset::load(&arguments.data)?;
+    let mut folder = OutputFolder::create(&arguments.out)?;
     let steps = progress::steps("identifying");
-    let found = identify(&dataset, &arguments.options(), &|step| {
-        steps.set_message(step.to_owned())
-    })?;
+    let tell = |step: &str| steps.set_message(step.to_owned());
+    let loaded = long::load(&arguments.data, arguments.samples, &tell)?;
+    let mut found = identify(&loaded.dataset, &arguments.options(), &tell)?;
+    if let Some(long) = &loaded.long {
+        found.condensed = long.notes().to_vec();
+        match whole(long, &found.model, &tell) {
+            Ok(all) => found.whole = Some(all),
+            Err(error) => found
+                .condensed
+                .push(format!("Not scored on every sample: {error}")),
+        }
+    }
     steps.finish_and_clear();
 
-    let mut folder = OutputFolder::create(&arguments.out)?;
     folder.add("model.toml", found.model.to_toml_string())?;
     folder.add("identification.json", format!("{:#}\n", found.to_json()))?;
     folder.add("report.html", page(&found).to_html())?;
     folder.commit()?;
     print_summary(&found);
-    println!(
+    say!(
         "written to {}: model.toml, identification.json, report.html",
         arguments.out.display()
     );
@@ -152,14 +165,14 @@ fn print_summary(found: &Identification) {
         None => "-".to_owned(),
     };
     let row = |what: &str, fit, select, report| {
-        println!(
+        say!(
             "{what:<26} {:>10} {:>10} {:>10}",
             shown(fit),
             shown(select),
             shown(report)
         );
     };
-    println!(
+    say!(
         "{:<26} {:>10} {:>10} {:>10}",
         format!("rms residual ({unit})"),
         "fit",
@@ -173,13 +186,20 @@ fn print_summary(found: &Identification) {
         found.line_rms.report,
     );
     row("model", found.rms.fit, found.rms.select, found.rms.report);
+    if let Some(whole) = &found.whole {
+        let what = format!("on all {} samples", whole.samples);
+        row(&what, whole.rms.fit, whole.rms.select, whole.rms.report);
+    }
     if let Some((noise, source)) = found.noise {
-        println!(
+        say!(
             "{:<26} {:>10}  {}",
             "noise floor",
             shown(Some(noise)),
             source.describe()
         );
     }
-    println!("{}", found.describe_structure());
+    for note in &found.condensed {
+        say!("{note}");
+    }
+    say!("{}", found.describe_structure());
 }

@@ -10,6 +10,7 @@ mod identify;
 mod link;
 mod pil;
 mod progress;
+mod say;
 mod simulate;
 
 use clap::{Parser, Subcommand};
@@ -72,7 +73,7 @@ enum Command {
 pub fn run() -> Result<(), Error> {
     let arguments = Arguments::parse();
     remove_unfinished_on_interrupt()?;
-    match arguments.command {
+    let done = match arguments.command {
         None => demo::run(&demo::Arguments::default()),
         Some(Command::Demo(arguments)) => demo::run(&arguments),
         Some(Command::Identify(arguments)) => identify::run(&arguments),
@@ -84,5 +85,6 @@ pub fn run() -> Result<(), Error> {
         Some(Command::Hide(arguments)) => hide::run(&arguments),
         Some(Command::Blind(arguments)) => blind::run(&arguments),
         Some(Command::Pil(arguments)) => pil::run(&arguments),
-    }
+    };
+    done.and_then(|()| say::refusal())
 }

@@ -18,6 +18,7 @@ use hysteron_host::signals::{Quantity, read};
 
 use super::link::note_left_out;
 use super::progress;
+use crate::cli::say::say;
 
 /// Run the firmware in an emulator around a simulated stage.
 ///
@@ -83,19 +84,23 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     folder.add("report.html", pil::page(&outcome).to_html())?;
     folder.commit()?;
 
-    println!(
+    say!(
         "{:<24} {:>12} {:>12}",
-        "largest error (um)", "without", "with"
+        "largest error (um)",
+        "without",
+        "with"
     );
     for one in &outcome.followed {
-        println!(
+        say!(
             "{:<24} {:>12.3} {:>12.3}",
-            one.input.name, one.without.max_um, one.with.max_um
+            one.input.name,
+            one.without.max_um,
+            one.with.max_um
         );
     }
     let (min, median, max) = outcome.instruction_range();
-    println!("instructions of a sample: {min} to {max}, median {median}");
-    println!(
+    say!("instructions of a sample: {min} to {max}, median {median}");
+    say!(
         "written to {}: pil.json, report.html",
         arguments.out.display()
     );
@@ -144,12 +149,17 @@ fn compare(
 }
 
 fn told(compared: &Compared, out: &Path) -> Result<(), Error> {
-    println!(
+    say!(
         "{:<24} {:>9} {:>12} {:>12} {:>9} {:>13}",
-        "model", "inverse", "largest (um)", "rms (um)", "latency", "instructions"
+        "model",
+        "inverse",
+        "largest (um)",
+        "rms (um)",
+        "latency",
+        "instructions"
     );
     for one in [&compared.baseline, &compared.extended] {
-        println!(
+        say!(
             "{:<24} {:>9} {:>12.3} {:>12.3} {:>9} {:>13}",
             one.model,
             one.inverse,
@@ -160,7 +170,7 @@ fn told(compared: &Compared, out: &Path) -> Result<(), Error> {
         );
         note_left_out(&one.left_out, &one.model);
     }
-    println!("written to {}: pil.json, report.html", out.display());
+    say!("written to {}: pil.json, report.html", out.display());
     agreed(
         compared.first_difference.as_deref(),
         compared.samples,
@@ -172,7 +182,7 @@ fn told(compared: &Compared, out: &Path) -> Result<(), Error> {
 fn agreed(difference: Option<&str>, samples: u64, see: &str) -> Result<(), Error> {
     match difference {
         None => {
-            println!("firmware and host agree bit for bit in {samples} samples");
+            say!("firmware and host agree bit for bit in {samples} samples");
             Ok(())
         }
         Some(difference) => Err(Error::request(format!(
@@ -186,7 +196,7 @@ fn serve(port: &str, firmware: &Path) -> Result<(), Error> {
     let mut bench = Bench::new(Emulator::start(firmware)?, hardware, &Stage::p753())?;
     let _deferred = interrupt::Deferred::begin();
     let listener = Listener::bind(port)?;
-    println!(
+    say!(
         "a simulated stage at {}, 10 kHz; settings that fit it:\n\n{}\nCtrl-C ends it",
         listener.name(),
         hysteron_host::link::settings::to_toml(&hardware.settings)?

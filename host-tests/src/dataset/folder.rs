@@ -8,6 +8,7 @@ use toml::Spanned;
 use toml::de::DeValue;
 
 use super::description::{Description, Signals};
+use super::long::{Plan, Source};
 use super::record::{self, Layout};
 use super::{Dataset, MIN_SAMPLES, Record, Role};
 use crate::csv_table::CsvTable;
@@ -15,8 +16,8 @@ use crate::error::{Error, Place, quoted};
 use crate::toml_text::{Step, TomlText, read_text};
 use crate::units::Unit;
 
-/// Loads the data set that a `dataset.toml` describes.
-pub(super) fn load(path: &Path) -> Result<Dataset, Error> {
+/// A description with the files of its records.
+fn described(path: &Path) -> Result<(Description, Vec<PathBuf>), Error> {
     let text = read_text(path)?;
     let toml = TomlText::new(&text, Place::file(path));
     let table = toml.table()?;
@@ -36,6 +37,35 @@ pub(super) fn load(path: &Path) -> Result<Dataset, Error> {
 
     let folder = path.parent().unwrap_or(Path::new(""));
     let files = record_files(folder, &description, &toml)?;
+    Ok((description, files))
+}
+
+/// What a `dataset.toml` describes, the samples not yet read.
+pub(super) fn plan(path: &Path) -> Result<Plan, Error> {
+    let (description, files) = described(path)?;
+    let names = record_names(&description);
+    let sources = files.into_iter().zip(names).zip(&description.records);
+    let sources = sources.map(|((file, name), entry)| {
+        let layout = layout(&CsvTable::open(&file)?, &description.signals)?;
+        Ok(Source {
+            role: Some(entry.role),
+            layout,
+            file,
+            name,
+        })
+    });
+    Ok(Plan {
+        sources: sources.collect::<Result<_, Error>>()?,
+        output_unit: description.signals.output.unit,
+        zero: description.signals.output.zero,
+        input_zero: description.signals.input.zero,
+        name: description.name,
+    })
+}
+
+/// Loads the data set that a `dataset.toml` describes.
+pub(super) fn load(path: &Path) -> Result<Dataset, Error> {
+    let (description, files) = described(path)?;
     let names = record_names(&description);
     let mut records = Vec::with_capacity(files.len());
     for ((file, name), entry) in files.iter().zip(names).zip(&description.records) {

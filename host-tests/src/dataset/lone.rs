@@ -1,7 +1,9 @@
 //! One CSV alone: columns recognised by name, samples split by position.
 
+use std::ops::Range;
 use std::path::Path;
 
+use super::long::{Plan, Source};
 use super::record::{self, Layout, Samples};
 use super::{Dataset, LengthUnit, MIN_SAMPLES, Record, Role, Zero};
 use crate::csv_table::CsvTable;
@@ -18,22 +20,47 @@ const SELECT_PERCENT: usize = 20;
 /// So that the shortest part, a fifth, has enough samples.
 const NEEDED: usize = 100 / SELECT_PERCENT * MIN_SAMPLES;
 
-/// Loads one CSV as three records that continue each other.
-pub(super) fn load(path: &Path) -> Result<Dataset, Error> {
-    let table = CsvTable::open(path)?;
-    let (time, time_unit) = find::<TimeUnit>(&table, "time", TIME_STEMS)?;
-    let (drive, drive_unit) = find::<VoltageUnit>(&table, "drive", DRIVE_STEMS)?;
+fn layout(table: &CsvTable) -> Result<(Layout, LengthUnit), Error> {
+    let (time, time_unit) = find::<TimeUnit>(table, "time", TIME_STEMS)?;
+    let (drive, drive_unit) = find::<VoltageUnit>(table, "drive", DRIVE_STEMS)?;
     let (displacement, output_unit) =
-        find::<LengthUnit>(&table, "displacement", DISPLACEMENT_STEMS)?;
+        find::<LengthUnit>(table, "displacement", DISPLACEMENT_STEMS)?;
     let layout = Layout {
         time: (time, time_unit.scale()),
         drive: (drive, drive_unit.scale()),
         displacement: (displacement, output_unit.scale()),
     };
+    Ok((layout, output_unit))
+}
+
+fn stem(path: &Path) -> String {
+    path.file_stem()
+        .map_or_else(String::new, |stem| stem.to_string_lossy().into())
+}
+
+/// The file, its samples not yet read.
+pub(super) fn plan(path: &Path) -> Result<Plan, Error> {
+    let (layout, output_unit) = layout(&CsvTable::open(path)?)?;
+    Ok(Plan {
+        name: stem(path),
+        output_unit,
+        zero: Zero::Shared,
+        input_zero: Zero::Shared,
+        sources: vec![Source {
+            name: stem(path),
+            role: None,
+            layout,
+            file: path.to_owned(),
+        }],
+    })
+}
+
+/// Loads one CSV as three records that continue each other.
+pub(super) fn load(path: &Path) -> Result<Dataset, Error> {
+    let table = CsvTable::open(path)?;
+    let (layout, output_unit) = layout(&table)?;
     let samples = record::read(path, table, &layout, NEEDED)?;
-    let stem = path
-        .file_stem()
-        .map_or_else(String::new, |stem| stem.to_string_lossy().into());
+    let stem = stem(path);
     let records = split(&stem, &samples);
     Ok(Dataset {
         name: stem,
@@ -44,27 +71,30 @@ pub(super) fn load(path: &Path) -> Result<Dataset, Error> {
     })
 }
 
-/// Cuts the samples into the three parts.
-fn split(stem: &str, samples: &Samples) -> Vec<Record> {
-    let count = samples.time_s.len();
+/// The three parts of so many samples.
+pub(super) fn parts(count: usize) -> [(Role, &'static str, Range<usize>); 3] {
     let fit_end = count * FIT_PERCENT / 100;
     let select_end = count * (FIT_PERCENT + SELECT_PERCENT) / 100;
-    let parts = [
+    [
         (Role::Fit, "fit", 0..fit_end),
         (Role::Select, "select", fit_end..select_end),
         (Role::Report, "report", select_end..count),
-    ];
-    let part =
-        |(index, (role, label, range)): (usize, (Role, &str, std::ops::Range<usize>))| Record {
-            name: format!("{stem} ({label})"),
-            role,
-            start_s: samples.time_s[range.start],
-            sample_time_s: samples.sample_time_s,
-            time_s: samples.time_s[range.clone()].to_vec(),
-            drive_v: samples.drive_v[range.clone()].to_vec(),
-            displacement_um: samples.displacement_um[range].to_vec(),
-            continues: index.checked_sub(1),
-        };
+    ]
+}
+
+/// Cuts the samples into the three parts.
+fn split(stem: &str, samples: &Samples) -> Vec<Record> {
+    let parts = parts(samples.time_s.len());
+    let part = |(index, (role, label, range)): (usize, (Role, &str, Range<usize>))| Record {
+        name: format!("{stem} ({label})"),
+        role,
+        start_s: samples.time_s[range.start],
+        sample_time_s: samples.sample_time_s,
+        time_s: samples.time_s[range.clone()].to_vec(),
+        drive_v: samples.drive_v[range.clone()].to_vec(),
+        displacement_um: samples.displacement_um[range].to_vec(),
+        continues: index.checked_sub(1),
+    };
     parts.into_iter().enumerate().map(part).collect()
 }
 

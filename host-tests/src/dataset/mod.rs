@@ -6,6 +6,7 @@
 mod description;
 mod folder;
 mod lone;
+pub mod long;
 mod record;
 mod save;
 mod write;

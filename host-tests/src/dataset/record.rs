@@ -8,10 +8,19 @@ use crate::time_grid::uniform_step;
 use crate::units::Scale;
 
 /// Where the three signals stand in a file: column position and factor to the internal unit.
+#[derive(Clone, Copy)]
 pub(super) struct Layout {
     pub(super) time: (usize, Scale),
     pub(super) drive: (usize, Scale),
     pub(super) displacement: (usize, Scale),
+}
+
+impl Layout {
+    /// Time, drive and displacement.
+    pub(super) fn requests(&self) -> [ColumnRequest; 3] {
+        [self.time, self.drive, self.displacement]
+            .map(|(index, scale)| ColumnRequest { index, scale })
+    }
 }
 
 /// The samples of one file in seconds, volts and micrometres.
@@ -31,9 +40,7 @@ pub(super) fn read(
 ) -> Result<Samples, Error> {
     let place = Place::file(path);
     let time_column = table.headers()[layout.time.0].clone();
-    let requests = [layout.time, layout.drive, layout.displacement]
-        .map(|(index, scale)| ColumnRequest { index, scale });
-    let table = table.read(requests)?;
+    let table = table.read(layout.requests())?;
     let [time_s, drive_v, displacement_um] = table.columns;
     if time_s.is_empty() {
         return Err(place.error(

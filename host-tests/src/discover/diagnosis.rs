@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use crate::dataset::{LengthUnit, Role};
 use crate::identify::joint::Interval;
-use crate::identify::{Effect, Source};
+use crate::identify::{Effect, Source, WholeRms};
 use crate::model_file::{ModelFile, Stage};
 
 /// What a diagnosis says.
@@ -123,6 +123,8 @@ pub struct Diagnosis {
     pub after: Residuals,
     /// Which record would separate the members of an ambiguity set.
     pub next_record: Option<String>,
+    /// The baseline and the extended model on every sample, where the data set was condensed.
+    pub whole: Option<[WholeRms; 2]>,
     /// What the figures rest on, a sentence each.
     pub notes: Vec<String>,
 }

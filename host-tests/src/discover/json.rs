@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use crate::dataset::LengthUnit;
 use crate::identify::joint::Interval;
-use crate::identify::{Effect, Source};
+use crate::identify::{Effect, Rms, Source};
 use crate::model_file::{Stage, TwoSided};
 
 use super::diagnosis::{self, Diagnosis, FoundEffect, Verdict};
@@ -36,6 +36,8 @@ struct File {
     ablation_select_rms: BTreeMap<&'static str, f64>,
     /// Which record would tell the members of an ambiguity set apart.
     next_record: Option<String>,
+    /// Rms over every sample, where the data set was condensed; else null.
+    whole: Option<Whole>,
     /// What the figures rest on.
     notes: Vec<String>,
 }
@@ -110,6 +112,17 @@ struct Roles {
     report: Option<f64>,
 }
 
+/// Rms over every sample by role, by the models as they are written.
+#[derive(Serialize, JsonSchema)]
+struct Whole {
+    /// Samples that were scored.
+    samples: u64,
+    /// The baseline.
+    baseline: Roles,
+    /// The extended model.
+    extended: Roles,
+}
+
 /// Where the gap lies along an axis.
 #[derive(Serialize, JsonSchema)]
 struct Place {
@@ -160,6 +173,11 @@ impl File {
             screened_select_rms: found.screened.iter().copied().map(by_effect).collect(),
             ablation_select_rms: ablation.map(by_effect).collect(),
             next_record: found.next_record.clone(),
+            whole: found.whole.as_ref().map(|[baseline, extended]| Whole {
+                samples: extended.samples,
+                baseline: Roles::of_all(&baseline.rms, found.unit),
+                extended: Roles::of_all(&extended.rms, found.unit),
+            }),
             notes: found.notes.clone(),
         }
     }
@@ -199,6 +217,18 @@ impl Found {
 }
 
 impl Roles {
+    fn of_all(rms: &Rms, unit: LengthUnit) -> Self {
+        let (fit, select, report) = (rms.fit, rms.select, rms.report);
+        Self::new(
+            &diagnosis::Roles {
+                fit,
+                select,
+                report,
+            },
+            unit,
+        )
+    }
+
     fn new(roles: &diagnosis::Roles, unit: LengthUnit) -> Self {
         let length = |um: Option<f64>| um.map(|um| unit.from_um(um));
         Self {

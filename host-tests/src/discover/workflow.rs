@@ -254,6 +254,7 @@ impl Search {
             before: residuals(dataset, &self.ground, &self.base)?,
             after: residuals(dataset, ground, found)?,
             next_record: None,
+            whole: None,
             notes: self.notes(confirmed),
         })
     }

@@ -27,6 +27,7 @@ pub(crate) mod score;
 mod search;
 pub(crate) mod spectrum;
 pub(crate) mod start;
+mod whole;
 
 pub use catalogue::Effect;
 pub use fit::Thresholds;
@@ -34,3 +35,4 @@ pub use noise::Source;
 pub use outcome::{Identification, RecordFigures, Rms, joint_model};
 pub use page::page;
 pub use search::{Options, RecordWeights, fit_spaced, identify};
+pub use whole::{WholeRms, whole};

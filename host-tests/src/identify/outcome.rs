@@ -14,6 +14,7 @@ use super::noise::Source;
 use super::run::{Run, Runs};
 use super::score::{offsets, rms};
 use super::start::Start;
+use super::whole::WholeRms;
 
 /// What the search hands over.
 pub(super) struct Findings {
@@ -92,6 +93,10 @@ pub struct Identification {
     pub records: Vec<RecordFigures>,
     /// Whether part of the fit records served for selection, for want of a record with that role.
     pub held_back: bool,
+    /// The model on every sample, where the data set was condensed to be fitted.
+    pub whole: Option<WholeRms>,
+    /// What was kept of it, a sentence each.
+    pub condensed: Vec<String>,
 }
 
 impl Identification {
@@ -180,6 +185,8 @@ impl Identification {
             noise: found.noise,
             records,
             held_back: runs.held_back,
+            whole: None,
+            condensed: Vec::new(),
         })
     }
 
@@ -236,6 +243,7 @@ impl Identification {
         if self.rms.report.is_none() {
             notes.push("No record has the role report: there is no held-out figure.".to_owned());
         }
+        notes.extend(self.condensed.iter().cloned());
         notes
     }
 
@@ -281,6 +289,7 @@ impl Identification {
             "beta_fitted": self.beta_fitted,
             "frequency_span": self.frequency_span,
             "records": records,
+            "whole": self.whole.as_ref().map(|whole| whole.to_json(self.unit)),
         })
     }
 }

@@ -119,6 +119,10 @@ fn figures(found: &Identification) -> Vec<KeyFigure> {
         "Residual of a straight line",
         &found.line_rms,
     );
+    if let Some(whole) = &found.whole {
+        let what = format!("Residual of the model on all {} samples", whole.samples);
+        rms("whole", &what, &whole.rms);
+    }
     if let Some((noise, source)) = found.noise {
         figures.push(
             KeyFigure::new(

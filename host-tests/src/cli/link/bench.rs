@@ -17,30 +17,36 @@ use hysteron_host::model_file::{self, ModelFile, Stage};
 
 use super::{note_left_out, watch};
 use crate::cli::compensate::Rate;
+use crate::cli::say::say;
 
 /// Prints who is there.
 pub fn info(client: &mut Client<'_>, identity: &Identity) -> Result<(), Error> {
     let [major, minor, patch] = identity.firmware;
-    println!("firmware        {major}.{minor}.{patch}");
-    println!(
+    say!("firmware        {major}.{minor}.{patch}");
+    say!(
         "room for        {} plays, {} dead zones on a side, {} samples of a stream, {} of a preview",
-        identity.plays, identity.dead_zones, identity.stream, identity.window
+        identity.plays,
+        identity.dead_zones,
+        identity.stream,
+        identity.window
     );
     let model = client.model()?;
-    println!(
+    say!(
         "model           {}",
         model.as_ref().map_or("none".to_owned(), describe)
     );
     let settings = client.settings()?;
-    println!("sample rate     {} Hz", settings.sample_rate_hz);
-    println!(
+    say!("sample rate     {} Hz", settings.sample_rate_hz);
+    say!(
         "drive           {} V to {} V, rest {} V",
-        settings.drive_min_v, settings.drive_max_v, settings.drive_rest_v
+        settings.drive_min_v,
+        settings.drive_max_v,
+        settings.drive_rest_v
     );
-    println!("saved           {}", link::describe_kept(client.kept()?));
+    say!("saved           {}", link::describe_kept(client.kept()?));
     let statistics = client.statistics()?;
     for (name, value) in watch::fields(&statistics, &settings)? {
-        println!("{name:<15} {}", watch::text(&value));
+        say!("{name:<15} {}", watch::text(&value));
     }
     Ok(())
 }
@@ -49,7 +55,7 @@ pub fn info(client: &mut Client<'_>, identity: &Identity) -> Result<(), Error> {
 pub fn settings(client: &mut Client<'_>, file: Option<&Path>) -> Result<(), Error> {
     let now = client.settings()?;
     let Some(file) = file else {
-        print!("{}", link::settings::to_toml(&now)?);
+        say!("{}", link::settings::to_toml(&now)?.trim_end());
         return Ok(());
     };
     let wanted = link::settings::load(file, &now)?;
@@ -60,7 +66,7 @@ pub fn settings(client: &mut Client<'_>, file: Option<&Path>) -> Result<(), Erro
              version",
         ));
     }
-    println!("settings in force; `save` keeps them through a reset");
+    say!("settings in force; `save` keeps them through a reset");
     Ok(())
 }
 
@@ -72,7 +78,7 @@ pub fn save(client: &mut Client<'_>) -> Result<(), Error> {
             "the target's flash holds something else than was saved; save again, and see `info`",
         ));
     }
-    println!("settings and model saved: in force after a reset");
+    say!("settings and model saved: in force after a reset");
     Ok(())
 }
 
@@ -133,8 +139,8 @@ impl Upload {
             );
         }
         note_left_out(&left_out, &file.name);
-        println!("model \"{}\" in force: {}", file.name, describe(&record));
-        println!("latency: {}", samples_and_ms(latency, &settings));
+        say!("model \"{}\" in force: {}", file.name, describe(&record));
+        say!("latency: {}", samples_and_ms(latency, &settings));
         Ok(())
     }
 

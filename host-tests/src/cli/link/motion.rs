@@ -17,6 +17,7 @@ use hysteron_host::signals::{Quantity, Signal, read};
 
 use super::waveform::{Built, Excitation as Kind, Tones};
 use crate::cli::progress;
+use crate::cli::say::say;
 
 /// How far the sample time of a CSV may be from the target's, as a share of it.
 const SAMPLE_TIME_TOLERANCE: f64 = 1e-4;
@@ -126,7 +127,7 @@ impl Record {
             },
         )?;
         note_limited(&played);
-        println!(
+        say!(
             "{} samples in {}; the output ramps to rest",
             played.signals.drive_v.len(),
             self.out.join(file).display()
@@ -219,11 +220,11 @@ impl Stream {
                     rms_error(&signals.displacement_um, &reference.values),
                 )
             {
-                println!("error: largest {max:.4} um, rms {rms:.4} um");
+                say!("error: largest {max:.4} um, rms {rms:.4} um");
             }
         }
         note_limited(&played);
-        println!(
+        say!(
             "{} samples played; the output {}",
             reference.values.len(),
             if self.stop { "ramps to rest" } else { "holds" }
@@ -254,7 +255,7 @@ fn watched(
 
 fn note_limited(played: &Played) {
     if played.limited > 0 {
-        println!(
+        say!(
             "note: range or slew limit held the drive back in {} samples; what was recorded is what \
              was put out",
             played.limited

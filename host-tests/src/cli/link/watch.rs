@@ -10,6 +10,8 @@ use hysteron::telemetry::Statistics;
 use hysteron_host::error::Error;
 use hysteron_host::link::Client;
 
+use crate::cli::say::{self, say};
+
 #[derive(Debug, Args)]
 pub struct Watch {
     /// Seconds between two lines.
@@ -35,7 +37,7 @@ impl Watch {
         let settings = client.settings()?;
         let mut next = client.now();
         for line in 0.. {
-            if self.count.is_some_and(|count| line >= count) {
+            if self.count.is_some_and(|count| line >= count) || !say::is_heard() {
                 break;
             }
             while client.now() < next {
@@ -48,13 +50,13 @@ impl Watch {
                     .into_iter()
                     .map(|(name, value)| (name.to_owned(), value))
                     .collect();
-                println!("{}", Value::Object(object));
+                say!("{}", Value::Object(object));
             } else {
                 let shown: Vec<_> = fields
                     .iter()
                     .map(|(name, value)| format!("{name} {}", text(value)))
                     .collect();
-                println!("{}", shown.join("  "));
+                say!("{}", shown.join("  "));
             }
         }
         Ok(())

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::dataset::Role;
+use crate::dataset::{Role, Zero};
 use crate::discover::{Diagnosis, Options, RecordResiduals, Residuals, diagnose};
 use crate::error::Error;
 use crate::metrics::rms_error;
@@ -35,8 +35,10 @@ const NOISE: f64 = 0.05;
 /// that the stage was measured at.
 const SWEPT: f64 = 0.6;
 const FREQUENCY: f64 = 0.5;
-/// Periods of the reference; the first is not scored.
-const PERIODS: usize = 5;
+/// Periods of the reference; those in which it grows are not scored.
+const PERIODS: usize = 6;
+/// Periods in which it grows to its amplitude: no stage with a mode follows a sudden start.
+const GROWS: usize = 2;
 
 /// An effect that was hidden and looked for.
 #[derive(Clone, Debug)]
@@ -51,7 +53,7 @@ pub struct Discovery {
     pub before_um: Vec<f64>,
     /// The same, driven by the extended model.
     pub after_um: Vec<f64>,
-    /// Rms of both behind the first period, um.
+    /// Rms of both where the reference has its full amplitude, um.
     pub rms_um: [f64; 2],
     /// Frequency of the reference in Hz.
     pub frequency_hz: f64,
@@ -83,23 +85,22 @@ pub fn discover(
     progress("driving the stage before and after");
     let plant = &hidden.plant;
     let sample_time_s = 1.0 / plant.setup.sample_rate_hz;
-    let displacement = || {
-        let records = hidden.dataset.records.iter();
-        records.flat_map(|record| record.displacement_um.iter().copied())
-    };
-    let (least, most) = displacement().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), y| {
-        (a.min(y), b.max(y))
-    });
+    let (least, most) = travel(&found.baseline_model, plant);
     let frequency_hz = FREQUENCY * plant.setup.top_hz;
     let grid = Grid::for_cycles(sample_time_s, frequency_hz, PERIODS as f64).map_err(refused)?;
     let half = 0.5 * SWEPT * (most - least);
     let tone = sine(&grid, half, frequency_hz, 0.0).map_err(refused)?;
     let middle = 0.5 * (least + most);
-    let reference_um: Vec<f64> = tone.samples.iter().map(|y| middle + y).collect();
+    let settled = (GROWS as f64 / (frequency_hz * sample_time_s)).round() as usize;
+    let reference_um: Vec<f64> = tone
+        .samples
+        .iter()
+        .enumerate()
+        .map(|(k, y)| middle + grown(k as f64 / settled as f64) * y)
+        .collect();
     let follow = |model: &ModelFile| errors(plant, model, sample_time_s, &reference_um);
     let before_um = follow(&found.baseline_model)?;
     let after_um = follow(&found.model)?;
-    let settled = (1.0 / (frequency_hz * sample_time_s)).round() as usize;
     let rms = |errors: &[f64]| {
         let scored = errors.get(settled..).unwrap_or_default();
         rms_error(scored, &vec![0.0; scored.len()]).map_err(refused)
@@ -117,7 +118,25 @@ pub fn discover(
     })
 }
 
-/// Reference less displacement of the stage under the drive that a model computes for it.
+/// From 0 at 0 to 1 at 1 and beyond, with two smooth derivatives.
+fn grown(share: f64) -> f64 {
+    let x = share.min(1.0);
+    x * x * x * (10.0 + x * (6.0 * x - 15.0))
+}
+
+/// Displacement at both ends of the drive's range by a model's mean gain, um.
+fn travel(model: &ModelFile, plant: &HiddenPlant) -> (f64, f64) {
+    let (gain, offset) = model.output();
+    let weights = model
+        .hysteresis()
+        .map_or(1.0, |core| core.weights.iter().sum());
+    let at = |volts: f64| gain * weights * volts + offset;
+    (at(plant.setup.drive_min_v), at(plant.setup.drive_max_v))
+}
+
+/// Reference less displacement of the stage under the drive that a model computes for it. What moves
+/// is the stage itself, not the reading of its sensor; where the sensor's zero is arbitrary, it is set
+/// at the first sample.
 fn errors(
     plant: &HiddenPlant,
     model: &ModelFile,
@@ -129,11 +148,15 @@ fn errors(
         .into_iter()
         .map(|volts| volts.clamp(setup.drive_min_v, setup.drive_max_v))
         .collect();
-    let displacement = plant.run(&drive, sample_time_s);
+    let displacement = plant.without_sensor().run(&drive, sample_time_s);
+    let zero = match (setup.zero, reference_um.first(), displacement.first()) {
+        (Zero::PerRecord, Some(wanted), Some(y)) => y - wanted,
+        _ => 0.0,
+    };
     Ok(reference_um
         .iter()
         .zip(displacement)
-        .map(|(wanted, y)| wanted - y)
+        .map(|(wanted, y)| wanted - (y - zero))
         .collect())
 }
 
@@ -251,7 +274,7 @@ impl Discovery {
             }
             section.paragraph(format!(
                 "The stage is then driven along a sine of {:.0} Hz by the inverse of each model. The \
-                 first period is drawn but not scored.",
+                 first {GROWS} periods, in which it grows, are drawn but not scored.",
                 self.frequency_hz
             ));
             section.plot(

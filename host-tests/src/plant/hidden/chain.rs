@@ -50,6 +50,15 @@ impl HiddenPlant {
         }
     }
 
+    /// The same stage seen by a sensor without lag and steps.
+    pub fn without_sensor(&self) -> Self {
+        let mut plant = self.clone();
+        plant
+            .laws
+            .retain(|law| !matches!(law.effect(), Effect::SensorLag | Effect::Quantisation));
+        plant
+    }
+
     /// The same stage without its effects.
     pub fn without_effects(&self) -> Self {
         Self {

@@ -46,6 +46,7 @@ fn a_hidden_creep_is_named_in_all_three_files() {
     let done = hysteron(&[&hide[..], &[&path(&hidden)]].concat());
     assert!(done.status.success());
     let data = path(&hidden.join("data"));
+    let again = hysteron(&["diagnose", &data, "--json", "--out", &path(&at("again"))]);
     let done = hysteron(&["diagnose", &data, "--out", &path(&out)]);
     let error = String::from_utf8_lossy(&done.stderr);
     assert!(done.status.success(), "{error}");
@@ -53,6 +54,8 @@ fn a_hidden_creep_is_named_in_all_three_files() {
     assert!(printed.starts_with("Missing: creep"), "{printed}");
 
     let json: Value = serde_json::from_str(&text(&out.join("diagnosis.json"))).unwrap();
+    let line: Value = serde_json::from_slice(&again.stdout).unwrap();
+    assert_eq!(line, json);
     assert_eq!(json["verdict"], "named");
     let effect = &json["effects"][0];
     assert_eq!(effect["name"], "creep");

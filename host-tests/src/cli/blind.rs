@@ -10,7 +10,7 @@ use hysteron_host::output::OutputFolder;
 use hysteron_host::plant::hidden::{Protocol, Tier};
 
 use super::{hide, progress};
-use crate::cli::say::say;
+use crate::cli::say::{self, say};
 
 /// Hide effects in simulated data, diagnose them, and hold the answers against the truth.
 ///
@@ -77,9 +77,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     let bar = progress::bar("blind trials", plan.cases as u64);
     let found = blind::run(&plan, &|| bar.inc(1))?;
     bar.finish_and_clear();
-    folder.add("blind.json", format!("{:#}\n", found.to_json()?))?;
+    let json = found.to_json()?;
+    folder.add("blind.json", format!("{json:#}\n"))?;
     folder.add("report.html", found.page().to_html())?;
     folder.commit()?;
+    say::figures(&json);
     summary(&found);
     say!(
         "written to {}: report.html, blind.json",

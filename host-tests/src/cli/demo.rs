@@ -13,7 +13,7 @@ use hysteron_host::output::OutputFolder;
 use hysteron_host::plant::hidden::Protocol;
 
 use super::progress;
-use super::say::say;
+use super::say::{self, say};
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -78,10 +78,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         "identification.json",
         format!("{:#}\n", shown.found.to_json()),
     )?;
-    folder.add("demo.json", format!("{:#}\n", shown.to_json()))?;
+    let json = shown.to_json();
+    folder.add("demo.json", format!("{json:#}\n"))?;
     folder.add("report.html", shown.page().to_html())?;
     folder.commit()?;
 
+    say::figures(&json);
     say!("{}", shown.found.describe_structure());
     say!("largest error (um)            straight line  compensated");
     for tracking in &shown.tracking {

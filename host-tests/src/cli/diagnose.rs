@@ -15,7 +15,7 @@ use hysteron_host::output::OutputFolder;
 use hysteron_host::report::format_number;
 
 use super::progress;
-use crate::cli::say::say;
+use crate::cli::say::{self, say};
 
 /// Find what a baseline model misses of a data set: name the missing effect, add it, show the gap
 /// shrink.
@@ -120,6 +120,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     folder.add("diagnosis.json", format!("{json:#}\n"))?;
     folder.add("report.html", html)?;
     folder.commit()?;
+    say::figures(&json);
     print_summary(&found, &places);
     say!(
         "written to {}: report.html, model.toml, diagnosis.json",

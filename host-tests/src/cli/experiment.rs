@@ -13,7 +13,7 @@ use hysteron_host::report::Page;
 use serde_json::Value;
 
 use super::progress;
-use crate::cli::say::say;
+use crate::cli::say::{self, say};
 
 /// Reproduce a paper's experiments, or go beyond them.
 #[derive(Debug, Args)]
@@ -59,7 +59,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
 fn write(mut folder: OutputFolder, name: &str, figures: &Value, page: &Page) -> Result<(), Error> {
     folder.add(name, format!("{figures:#}\n"))?;
     folder.add("report.html", page.to_html())?;
-    folder.commit()
+    folder.commit()?;
+    say::figures(figures);
+    Ok(())
 }
 
 fn paper_j(out: &Path) -> Result<(), Error> {

@@ -3,12 +3,13 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use serde_json::json;
 
 use hysteron_host::error::Error;
 use hysteron_host::output::OutputFolder;
 use hysteron_host::plant::hidden::{Choice, HiddenCase, Protocol, Tier};
 
-use crate::cli::say::say;
+use crate::cli::say::{self, say};
 
 /// Hide an effect in simulated data.
 ///
@@ -87,6 +88,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         hidden.dataset.records.len(),
         arguments.out.display()
     );
+    say::figures(&json!({
+        "records": hidden.dataset.records.len(),
+        "samples": samples,
+        "effects": hidden.truth.effects,
+        "written_to": arguments.out,
+    }));
     for effect in hidden.truth.details.iter().filter(|one| one.bounded) {
         say!(
             "one effect has reached its bound at {:.3} percent of the stroke instead of {}",

@@ -13,7 +13,7 @@ use hysteron_host::output::OutputFolder;
 use hysteron_host::report::format_number;
 
 use super::progress;
-use crate::cli::say::say;
+use crate::cli::say::{self, say};
 
 /// Fit a rate-dependent Prandtl-Ishlinskii model to a data set.
 ///
@@ -147,9 +147,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     steps.finish_and_clear();
 
     folder.add("model.toml", found.model.to_toml_string())?;
-    folder.add("identification.json", format!("{:#}\n", found.to_json()))?;
+    let json = found.to_json();
+    folder.add("identification.json", format!("{json:#}\n"))?;
     folder.add("report.html", page(&found).to_html())?;
     folder.commit()?;
+    say::figures(&json);
     print_summary(&found);
     say!(
         "written to {}: model.toml, identification.json, report.html",

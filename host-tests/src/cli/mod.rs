@@ -27,6 +27,9 @@ use hysteron_host::output::remove_unfinished_on_interrupt;
 struct Arguments {
     #[command(subcommand)]
     command: Option<Command>,
+    /// Print the figures as JSON, one object a line, in place of a summary.
+    #[arg(long, global = true)]
+    json: bool,
 }
 
 const EXAMPLES: &str = "\
@@ -72,6 +75,9 @@ enum Command {
 /// Parses the command line and does what it says.
 pub fn run() -> Result<(), Error> {
     let arguments = Arguments::parse();
+    if arguments.json {
+        say::set_json();
+    }
     remove_unfinished_on_interrupt()?;
     let done = match arguments.command {
         None => demo::run(&demo::Arguments::default()),

@@ -18,7 +18,7 @@ use hysteron_host::signals::{Quantity, read};
 
 use super::link::note_left_out;
 use super::progress;
-use crate::cli::say::say;
+use crate::cli::say::{self, say};
 
 /// Run the firmware in an emulator around a simulated stage.
 ///
@@ -73,16 +73,20 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         let plant = arguments.plant.as_ref().unwrap_or(extended);
         let compared = compare(&firmware, [model, extended, plant], reference)?;
         steps.finish_and_clear();
-        folder.add("pil.json", format!("{:#}\n", compared.to_json()))?;
+        let json = compared.to_json();
+        folder.add("pil.json", format!("{json:#}\n"))?;
         folder.add("report.html", pil::comparison_page(&compared).to_html())?;
         folder.commit()?;
+        say::figures(&json);
         return told(&compared, &arguments.out);
     }
     let outcome = experiment::run(&firmware, &|step| steps.set_message(step.to_owned()))?;
     steps.finish_and_clear();
-    folder.add("pil.json", format!("{:#}\n", outcome.to_json()))?;
+    let json = outcome.to_json();
+    folder.add("pil.json", format!("{json:#}\n"))?;
     folder.add("report.html", pil::page(&outcome).to_html())?;
     folder.commit()?;
+    say::figures(&json);
 
     say!(
         "{:<24} {:>12} {:>12}",

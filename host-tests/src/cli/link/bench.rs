@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use clap::{Args, ValueEnum};
+use serde_json::json;
 
 use hysteron::dim::Law;
 use hysteron::hysteresis::preview::PlantRate;
@@ -17,7 +18,7 @@ use hysteron_host::model_file::{self, ModelFile, Stage};
 
 use super::{note_left_out, watch};
 use crate::cli::compensate::Rate;
-use crate::cli::say::say;
+use crate::cli::say::{self, say};
 
 /// Prints who is there.
 pub fn info(client: &mut Client<'_>, identity: &Identity) -> Result<(), Error> {
@@ -43,11 +44,26 @@ pub fn info(client: &mut Client<'_>, identity: &Identity) -> Result<(), Error> {
         settings.drive_max_v,
         settings.drive_rest_v
     );
-    say!("saved           {}", link::describe_kept(client.kept()?));
-    let statistics = client.statistics()?;
-    for (name, value) in watch::fields(&statistics, &settings)? {
-        say!("{name:<15} {}", watch::text(&value));
+    let kept = link::describe_kept(client.kept()?);
+    say!("saved           {kept}");
+    let fields = watch::fields(&client.statistics()?, &settings)?;
+    for (name, value) in &fields {
+        say!("{name:<15} {}", watch::text(value));
     }
+    say::figures(&json!({
+        "firmware": format!("{major}.{minor}.{patch}"),
+        "plays": identity.plays,
+        "dead_zones": identity.dead_zones,
+        "stream_samples": identity.stream,
+        "preview_samples": identity.window,
+        "model": model.as_ref().map(describe),
+        "sample_rate_hz": settings.sample_rate_hz,
+        "drive_min_v": settings.drive_min_v,
+        "drive_max_v": settings.drive_max_v,
+        "drive_rest_v": settings.drive_rest_v,
+        "saved": kept,
+        "now": watch::object(fields),
+    }));
     Ok(())
 }
 
@@ -55,7 +71,10 @@ pub fn info(client: &mut Client<'_>, identity: &Identity) -> Result<(), Error> {
 pub fn settings(client: &mut Client<'_>, file: Option<&Path>) -> Result<(), Error> {
     let now = client.settings()?;
     let Some(file) = file else {
-        say!("{}", link::settings::to_toml(&now)?.trim_end());
+        let text = link::settings::to_toml(&now)?;
+        say!("{}", text.trim_end());
+        // The same keys; the text was just written from numbers.
+        say::figures(&toml::from_str(&text).unwrap_or_default());
         return Ok(());
     };
     let wanted = link::settings::load(file, &now)?;

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use serde_json::json;
 
 use hysteron::control::Path;
 use hysteron::link::Command;
@@ -17,7 +18,7 @@ use hysteron_host::signals::{Quantity, Signal, read};
 
 use super::waveform::{Built, Excitation as Kind, Tones};
 use crate::cli::progress;
-use crate::cli::say::say;
+use crate::cli::say::{self, say};
 
 /// How far the sample time of a CSV may be from the target's, as a share of it.
 const SAMPLE_TIME_TOLERANCE: f64 = 1e-4;
@@ -221,6 +222,7 @@ impl Stream {
                 )
             {
                 say!("error: largest {max:.4} um, rms {rms:.4} um");
+                say::figures(&json!({ "error_um": { "largest": max, "rms": rms } }));
             }
         }
         note_limited(&played);

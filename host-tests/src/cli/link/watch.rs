@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use clap::Args;
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
 use hysteron::settings::Settings;
 use hysteron::telemetry::Statistics;
@@ -20,9 +20,6 @@ pub struct Watch {
     /// Lines to print; without it until Ctrl-C, which leaves the output as it is.
     #[arg(long, value_name = "N")]
     count: Option<u64>,
-    /// A JSON object a line.
-    #[arg(long)]
-    json: bool,
 }
 
 fn interval(text: &str) -> Result<f64, String> {
@@ -45,19 +42,12 @@ impl Watch {
             }
             next += Duration::from_secs_f64(self.every);
             let fields = fields(&client.statistics()?, &settings)?;
-            if self.json {
-                let object: Map<_, _> = fields
-                    .into_iter()
-                    .map(|(name, value)| (name.to_owned(), value))
-                    .collect();
-                say!("{}", Value::Object(object));
-            } else {
-                let shown: Vec<_> = fields
-                    .iter()
-                    .map(|(name, value)| format!("{name} {}", text(value)))
-                    .collect();
-                say!("{}", shown.join("  "));
-            }
+            let shown: Vec<_> = fields
+                .iter()
+                .map(|(name, value)| format!("{name} {}", text(value)))
+                .collect();
+            say!("{}", shown.join("  "));
+            say::figures(&object(fields));
         }
         Ok(())
     }
@@ -89,6 +79,16 @@ pub fn fields(now: &Statistics, settings: &Settings) -> Result<Vec<(&'static str
         ("dropped", json!(now.dropped)),
         ("bad_frames", json!(now.bad_frames)),
     ])
+}
+
+/// Named values as JSON.
+pub fn object(fields: Vec<(&'static str, Value)>) -> Value {
+    let named = fields.into_iter();
+    Value::Object(
+        named
+            .map(|(name, value)| (name.to_owned(), value))
+            .collect(),
+    )
 }
 
 /// A value without quotes.

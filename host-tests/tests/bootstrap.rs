@@ -4,7 +4,7 @@ use hysteron_host::discover::{Options, Verdict, diagnose};
 use hysteron_host::identify::Effect;
 use hysteron_host::plant::hidden::{self, Choice, HiddenCase, Protocol};
 
-const DRAWS: usize = 20;
+const DRAWS: usize = 8;
 
 /// Verdict, bar and true rms of the noise, both in um.
 fn asked(choice: Choice, noise_percent: f64) -> (Verdict, f64, f64) {
@@ -19,12 +19,7 @@ fn asked(choice: Choice, noise_percent: f64) -> (Verdict, f64, f64) {
     };
     let hidden = case.make().unwrap();
     let options = Options {
-        library: vec![
-            Effect::Quadratic,
-            Effect::Cubic,
-            Effect::Creep,
-            Effect::Drift,
-        ],
+        library: vec![Effect::Quadratic, Effect::Creep],
         bootstrap: DRAWS,
         ..Options::default()
     };

@@ -6,9 +6,20 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use hysteron_host::experiment::m::{self, AtFrequency, Content, Plane, Results};
 use serde_json::Value;
 
+const HIGHEST_HZ: u32 = 110;
+
+/// All frequencies, with `HYSTERON_WHOLE_SUITE=1`; otherwise those that tests ask for, those around the
+/// resonance and every fifth.
+static FREQUENCIES_HZ: LazyLock<Vec<u32>> = LazyLock::new(|| {
+    let whole = std::env::var_os("HYSTERON_WHOLE_SUITE").is_some();
+    let named = [1, 14, 21, 23, 24, 26, 27];
+    let needed = |hz: &u32| whole || hz % 5 == 0 || (70..=80).contains(hz) || named.contains(hz);
+    (1..=HIGHEST_HZ).filter(needed).collect()
+});
+
 static PIECES: AtomicU64 = AtomicU64::new(0);
 static RESULTS: LazyLock<Results> = LazyLock::new(|| {
-    m::run(&|| {
+    m::run_at(&FREQUENCIES_HZ, &|| {
         PIECES.fetch_add(1, Ordering::Relaxed);
     })
     .expect("the experiment is fixed")
@@ -17,22 +28,24 @@ static RESULTS: LazyLock<Results> = LazyLock::new(|| {
 /// Rms of the reference, mm.
 const REFERENCE_MM: f64 = 0.05 * std::f64::consts::FRAC_1_SQRT_2;
 
-fn at(hz: usize) -> &'static AtFrequency {
-    let found = &RESULTS.frequencies[hz - 1];
-    assert_eq!(found.frequency_hz, hz as f64);
-    found
+fn at(hz: u32) -> &'static AtFrequency {
+    let mut found = RESULTS.frequencies.iter();
+    let found = found.find(|at| at.frequency_hz == f64::from(hz));
+    found.expect("among those computed")
 }
 
 /// Rms error of the printed law with the proposed model, over that of the reference.
-fn left(hz: usize) -> f64 {
+fn left(hz: u32) -> f64 {
     at(hz).proposed.printed.rms_error_mm / REFERENCE_MM
 }
 
 #[test]
 fn progress_comes_as_announced() {
     LazyLock::force(&RESULTS);
-    assert_eq!(PIECES.load(Ordering::Relaxed), m::PIECES);
-    assert_eq!(RESULTS.frequencies.len(), 110);
+    let left_out = HIGHEST_HZ as usize - FREQUENCIES_HZ.len();
+    let announced = m::PIECES - left_out as u64;
+    assert_eq!(PIECES.load(Ordering::Relaxed), announced);
+    assert_eq!(RESULTS.frequencies.len(), FREQUENCIES_HZ.len());
 }
 
 #[test]
@@ -46,7 +59,8 @@ fn the_proposed_model_is_the_best_at_nearly_all_frequencies() {
                 && proposed <= at.models.bouc_wen.free_run.rmse_mm
         })
         .count();
-    assert!(best >= 105, "{best} of 110");
+    let of = FREQUENCIES_HZ.len();
+    assert!(best * 110 >= 105 * of, "{best} of {of}");
     assert_eq!(RESULTS.summary.best_in_free_run.proposed, best);
 }
 
@@ -110,7 +124,7 @@ fn the_fit_is_lost_only_a_little_near_the_resonance() {
 
 #[test]
 fn the_error_grows_around_the_resonance_as_published() {
-    let rmse = |hz: usize| at(hz).models.proposed.free_run.rmse_mm;
+    let rmse = |hz: u32| at(hz).models.proposed.free_run.rmse_mm;
     for hz in 70..=80 {
         assert!(
             rmse(hz) > 3.0 * rmse(50) && rmse(hz) > 3.0 * rmse(100),
@@ -135,7 +149,7 @@ fn compensation_fails_where_the_paper_says() {
     }
     assert!(left(25) > 1.0);
     // Around and beyond the resonance.
-    for hz in 70..=95 {
+    for hz in (70..=80).chain([85, 90, 95]) {
         assert!(left(hz) > 0.3, "{hz} Hz: {}", left(hz));
     }
 }
@@ -172,7 +186,10 @@ fn the_exact_law_solves_its_own_model() {
             }
         }
     }
-    assert!(solved >= 100, "only {solved} runs");
+    assert!(
+        solved * 110 >= 100 * FREQUENCIES_HZ.len(),
+        "only {solved} runs"
+    );
 }
 
 #[test]

@@ -58,9 +58,19 @@ pub struct Results {
 /// # Errors
 /// A model or drive that is refused; with the fixed ones of this experiment, none is.
 pub fn run(done: &(dyn Fn() + Sync)) -> Result<Results, Error> {
-    let found = (1..=HIGHEST_HZ)
-        .into_par_iter()
-        .map(sweep::at)
+    let all: Vec<u32> = (1..=HIGHEST_HZ).collect();
+    run_at(&all, done)
+}
+
+/// The same at some of the frequencies, Hz, in ascending order; `done` is called once less for each that
+/// is left out.
+///
+/// # Errors
+/// As [`run`]; without the frequencies that the figures of the page are drawn at.
+pub fn run_at(frequencies_hz: &[u32], done: &(dyn Fn() + Sync)) -> Result<Results, Error> {
+    let found = frequencies_hz
+        .par_iter()
+        .map(|&hz| sweep::at(hz))
         .inspect(|_| done())
         .collect::<Result<Vec<_>, _>>()?;
     let studies = studies::run(done)?;

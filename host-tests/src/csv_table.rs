@@ -1,4 +1,4 @@
-//! Columns of finite numbers from a CSV file, with the line of every row kept for messages.
+//! Rows of finite numbers from a CSV file, with the line of each for messages.
 
 use std::fs::File;
 use std::io::{self, Read};
@@ -7,7 +7,7 @@ use std::path::Path;
 use csv::{ByteRecord, ReaderBuilder, Terminator};
 
 use crate::error::{Error, Place, quoted};
-use crate::units::Scale;
+use crate::table::ColumnRequest;
 
 const READ_BUFFER: usize = 1 << 18;
 
@@ -18,45 +18,6 @@ pub(crate) struct CsvTable {
     place: Place,
     headers: Vec<String>,
     header_line: u64,
-}
-
-/// One column to read: where it is, and the factor to the internal unit.
-#[derive(Clone, Copy)]
-pub(crate) struct ColumnRequest {
-    /// Position in the header, from 0.
-    pub(crate) index: usize,
-    /// Factor to the internal unit.
-    pub(crate) scale: Scale,
-}
-
-/// The requested columns, in the order of the request.
-pub(crate) struct NumberTable<const N: usize> {
-    /// One vector a column, all of the same length.
-    pub(crate) columns: [Vec<f64>; N],
-    /// The line in the file of each row.
-    pub(crate) lines: LineMap,
-}
-
-/// Row to line. Only rows before which comments or blank lines were skipped take any space.
-#[derive(Default)]
-pub(crate) struct LineMap {
-    /// (first row it holds for, line - row)
-    shifts: Vec<(usize, u64)>,
-}
-
-impl LineMap {
-    fn push(&mut self, row: usize, line: u64) {
-        let shift = line - row as u64;
-        if self.shifts.last().is_none_or(|&(_, last)| last != shift) {
-            self.shifts.push((row, shift));
-        }
-    }
-
-    /// The line, from 1, of a row, from 0.
-    pub(crate) fn line(&self, row: usize) -> u64 {
-        let entry = self.shifts.partition_point(|&(first, _)| first <= row);
-        row as u64 + entry.checked_sub(1).map_or(1, |index| self.shifts[index].1)
-    }
 }
 
 impl CsvTable {
@@ -125,50 +86,6 @@ impl CsvTable {
     /// The line of column names.
     pub(crate) fn header_place(&self) -> Place {
         self.place.clone().line(self.header_line)
-    }
-
-    /// The found column names for a message, with a hint where the separator is not a comma.
-    pub(crate) fn found(&self) -> String {
-        let hint = match self.headers.as_slice() {
-            [only] if only.contains([';', '\t']) => " (cells must be separated by commas)",
-            _ => "",
-        };
-        let names: Vec<_> = self.headers.iter().map(|header| quoted(header)).collect();
-        format!("found {}{hint}", names.join(", "))
-    }
-
-    /// The position of a column by its exact name; `remedy` ends the message when it is missing.
-    pub(crate) fn position(&self, name: &str, remedy: &str) -> Result<usize, Error> {
-        let mut matches = (0..self.headers.len()).filter(|&index| self.headers[index] == name);
-        match (matches.next(), matches.next()) {
-            (Some(index), None) => Ok(index),
-            (Some(_), Some(_)) => Err(self.header_place().error(format!(
-                "column {name} is there twice; give every column its own name"
-            ))),
-            (None, _) => Err(self.header_place().error(format!(
-                "no column {}, {}; {remedy}",
-                quoted(name),
-                self.found()
-            ))),
-        }
-    }
-
-    /// Reads the rest of the file in one pass.
-    pub(crate) fn read<const N: usize>(
-        mut self,
-        requests: [ColumnRequest; N],
-    ) -> Result<NumberTable<N>, Error> {
-        let mut columns = [const { Vec::new() }; N];
-        let mut lines = LineMap::default();
-        let mut row = 0;
-        while let Some((line, values)) = self.next_numbers(&requests)? {
-            for (column, value) in columns.iter_mut().zip(values) {
-                column.push(value);
-            }
-            lines.push(row, line);
-            row += 1;
-        }
-        Ok(NumberTable { columns, lines })
     }
 
     /// Reads the next row: its line, and the requested numbers in the order of the request.

@@ -18,7 +18,9 @@ pub mod signals;
 pub mod stage;
 
 mod csv_table;
+mod numpy;
 mod schema_file;
+mod table;
 mod time_grid;
 mod toml_text;
 mod units;

@@ -128,6 +128,8 @@ pub struct AtomicFile {
     listed: Listed,
     made: MadeFolders,
     destination: PathBuf,
+    /// As the caller named it: a link may lead to a name with another end.
+    named: PathBuf,
     place: Place,
 }
 
@@ -165,6 +167,7 @@ impl AtomicFile {
             listed,
             made,
             destination,
+            named: path.to_owned(),
             place,
         })
     }
@@ -174,12 +177,13 @@ impl AtomicFile {
         &self.place
     }
 
-    /// Writes named columns as CSV, see [`signals::write`].
+    /// Writes named columns in the form that the name of the destination says, see
+    /// [`signals::write_as`].
     ///
     /// # Errors
-    /// Those of [`signals::write`].
+    /// Those of [`signals::write_as`].
     pub fn write_columns(&mut self, columns: &[Column<'_>]) -> Result<(), Error> {
-        signals::write(&mut self.writer, &self.place, columns)
+        signals::write_as(&self.named, &mut self.writer, &self.place, columns)
     }
 
     /// Writes bytes.
@@ -218,6 +222,7 @@ impl AtomicFile {
             made,
             destination,
             place,
+            ..
         } = self;
         let renamed = writer
             .into_inner()
@@ -319,10 +324,10 @@ impl OutputFolder {
         self.add_file(file)
     }
 
-    /// Stages named columns as a CSV file, see [`signals::write`].
+    /// Stages named columns, see [`AtomicFile::write_columns`].
     ///
     /// # Errors
-    /// Those of [`signals::write`].
+    /// Those of [`AtomicFile::write_columns`].
     pub fn add_columns(&mut self, name: &str, columns: &[Column<'_>]) -> Result<(), Error> {
         let mut file = AtomicFile::create(self.path.join(name))?;
         file.write_columns(columns)?;

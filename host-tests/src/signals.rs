@@ -1,12 +1,13 @@
-//! Signals in and out as CSV: a drive or a reference to read, named columns to write.
+//! Signals in and out, as CSV or NumPy's arrays: a drive or a reference to read, named columns to write.
 
-use std::io::Write;
+use std::io::{Seek, Write};
 use std::path::Path;
 
-use crate::csv_table::{ColumnRequest, CsvTable};
 use crate::error::{Error, Place, quoted};
+use crate::numpy;
+use crate::table::{ColumnRequest, Table};
 use crate::time_grid::uniform_step;
-use crate::units::{LengthUnit, TimeUnit, Unit, VoltageUnit, column_names, unit_of_column};
+use crate::units::{LengthUnit, Scale, TimeUnit, Unit, VoltageUnit, column_names, unit_of_column};
 
 /// A uniformly sampled signal.
 ///
@@ -44,12 +45,16 @@ pub type Column<'a> = (&'a str, &'a [f64]);
 /// not advance uniformly.
 pub fn read(path: impl AsRef<Path>, quantity: Quantity) -> Result<Signal, Error> {
     let path = path.as_ref();
-    let table = CsvTable::open(path)?;
-    let time = find::<TimeUnit>(&table, "time")?;
-    let value = match quantity {
-        Quantity::Drive => find::<VoltageUnit>(&table, "drive")?,
-        Quantity::Reference => find::<LengthUnit>(&table, "reference")?,
-        Quantity::Displacement => find::<LengthUnit>(&table, "displacement")?,
+    let table = Table::open(path)?;
+    let [time, value] = if table.is_unnamed() {
+        in_order(&table)?
+    } else {
+        let value = match quantity {
+            Quantity::Drive => find::<VoltageUnit>(&table, "drive"),
+            Quantity::Reference => find::<LengthUnit>(&table, "reference"),
+            Quantity::Displacement => find::<LengthUnit>(&table, "displacement"),
+        };
+        [find::<TimeUnit>(&table, "time")?, value?]
     };
     let time_column = table.headers()[time.index].clone();
     let table = table.read([time, value])?;
@@ -69,7 +74,20 @@ pub fn read(path: impl AsRef<Path>, quantity: Quantity) -> Result<Signal, Error>
     })
 }
 
-fn find<U: Unit>(table: &CsvTable, stem: &str) -> Result<ColumnRequest, Error> {
+/// The two columns of a plain array: time in seconds, and volts or micrometres.
+fn in_order(table: &Table) -> Result<[ColumnRequest; 2], Error> {
+    if table.headers().len() != 2 {
+        return Err(table.header_place().error(format!(
+            "the array has {} columns without names; save two, time in s and the signal in V or um, or \
+             arrays with names in a .npz file",
+            table.headers().len()
+        )));
+    }
+    let scale = Scale::Times(1.0);
+    Ok([0, 1].map(|index| ColumnRequest { index, scale }))
+}
+
+fn find<U: Unit>(table: &Table, stem: &str) -> Result<ColumnRequest, Error> {
     let unit = |header: &String| unit_of_column::<U>(header, stem);
     let mut matches = table
         .headers()
@@ -105,6 +123,36 @@ fn find<U: Unit>(table: &CsvTable, stem: &str) -> Result<ColumnRequest, Error> {
 /// Columns of different lengths and numbers that are not finite are refused before anything is
 /// written; else the writer's refusal, with the destination's name.
 pub fn write(mut to: impl Write, place: &Place, columns: &[Column<'_>]) -> Result<(), Error> {
+    let rows = checked(place, columns)?;
+    write_rows(&mut to, columns, rows).map_err(|source| refused(place, source))
+}
+
+/// As [`write`], in the form that the end of the destination's name says: `.npy` one structured array
+/// with a field a column, `.npz` an archive with an array a column, all of doubles, else CSV.
+///
+/// # Errors
+/// As [`write`].
+pub fn write_as(
+    path: impl AsRef<Path>,
+    mut to: impl Write + Seek,
+    place: &Place,
+    columns: &[Column<'_>],
+) -> Result<(), Error> {
+    let Some(form) = numpy::Form::of(path.as_ref()) else {
+        return write(to, place, columns);
+    };
+    checked(place, columns)?;
+    numpy::write(&mut to, form, columns).map_err(|source| refused(place, source))
+}
+
+fn refused(place: &Place, source: std::io::Error) -> Error {
+    place
+        .clone()
+        .io_error("cannot write", "free some space or write elsewhere", source)
+}
+
+/// The number of rows of columns that can be written.
+fn checked(place: &Place, columns: &[Column<'_>]) -> Result<usize, Error> {
     let rows = columns.first().map_or(0, |(_, values)| values.len());
     for (name, values) in columns {
         let place = || place.clone().column(*name);
@@ -124,11 +172,7 @@ pub fn write(mut to: impl Write, place: &Place, columns: &[Column<'_>]) -> Resul
             return Err(place().error(problem));
         }
     }
-    write_rows(&mut to, columns, rows).map_err(|source| {
-        place
-            .clone()
-            .io_error("cannot write", "free some space or write elsewhere", source)
-    })
+    Ok(rows)
 }
 
 fn write_rows(to: &mut impl Write, columns: &[Column<'_>], rows: usize) -> std::io::Result<()> {

@@ -3,8 +3,8 @@
 //! Times printed with few digits jitter by a part of the step, and a clock may be off by some parts
 //! in a million; both are let through. Lost, doubled and reordered samples are not.
 
-use crate::csv_table::LineMap;
 use crate::error::{Error, Place};
+use crate::table::LineMap;
 
 /// A step may differ from the mean step by this share of it.
 const STEP_TOLERANCE: f64 = 0.05;

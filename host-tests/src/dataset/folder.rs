@@ -11,8 +11,8 @@ use super::description::{Description, Signals};
 use super::long::{Plan, Source};
 use super::record::{self, Layout};
 use super::{Dataset, MIN_SAMPLES, Record, Role};
-use crate::csv_table::CsvTable;
 use crate::error::{Error, Place, quoted};
+use crate::table::Table;
 use crate::toml_text::{Step, TomlText, read_text};
 use crate::units::Unit;
 
@@ -46,7 +46,7 @@ pub(super) fn plan(path: &Path) -> Result<Plan, Error> {
     let names = record_names(&description);
     let sources = files.into_iter().zip(names).zip(&description.records);
     let sources = sources.map(|((file, name), entry)| {
-        let layout = layout(&CsvTable::open(&file)?, &description.signals)?;
+        let layout = layout(&Table::open(&file)?, &description.signals)?;
         Ok(Source {
             role: Some(entry.role),
             layout,
@@ -69,7 +69,7 @@ pub(super) fn load(path: &Path) -> Result<Dataset, Error> {
     let names = record_names(&description);
     let mut records = Vec::with_capacity(files.len());
     for ((file, name), entry) in files.iter().zip(names).zip(&description.records) {
-        let table = CsvTable::open(file)?;
+        let table = Table::open(file)?;
         let layout = layout(&table, &description.signals)?;
         let samples = record::read(file, table, &layout, MIN_SAMPLES)?;
         records.push(Record {
@@ -174,7 +174,7 @@ fn record_names(description: &Description) -> Vec<String> {
         .collect()
 }
 
-fn layout(table: &CsvTable, signals: &Signals) -> Result<Layout, Error> {
+fn layout(table: &Table, signals: &Signals) -> Result<Layout, Error> {
     let remedy = "name a column of the file in dataset.toml";
     Ok(Layout {
         time: (

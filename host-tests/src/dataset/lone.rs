@@ -1,4 +1,4 @@
-//! One CSV alone: columns recognised by name, samples split by position.
+//! One file alone: columns recognised by name, samples split by position.
 
 use std::ops::Range;
 use std::path::Path;
@@ -6,8 +6,8 @@ use std::path::Path;
 use super::long::{Plan, Source};
 use super::record::{self, Layout, Samples};
 use super::{Dataset, LengthUnit, MIN_SAMPLES, Record, Role, Zero};
-use crate::csv_table::CsvTable;
 use crate::error::Error;
+use crate::table::Table;
 use crate::units::{TimeUnit, Unit, VoltageUnit, unit_of_column};
 
 const TIME_STEMS: &[&str] = &["time", "t"];
@@ -20,7 +20,10 @@ const SELECT_PERCENT: usize = 20;
 /// So that the shortest part, a fifth, has enough samples.
 const NEEDED: usize = 100 / SELECT_PERCENT * MIN_SAMPLES;
 
-fn layout(table: &CsvTable) -> Result<(Layout, LengthUnit), Error> {
+fn layout(table: &Table) -> Result<(Layout, LengthUnit), Error> {
+    if table.is_unnamed() {
+        return in_order(table);
+    }
     let (time, time_unit) = find::<TimeUnit>(table, "time", TIME_STEMS)?;
     let (drive, drive_unit) = find::<VoltageUnit>(table, "drive", DRIVE_STEMS)?;
     let (displacement, output_unit) =
@@ -33,6 +36,23 @@ fn layout(table: &CsvTable) -> Result<(Layout, LengthUnit), Error> {
     Ok((layout, output_unit))
 }
 
+/// The three columns of a plain array: time in seconds, drive in volts, displacement in micrometres.
+fn in_order(table: &Table) -> Result<(Layout, LengthUnit), Error> {
+    if table.headers().len() != 3 {
+        return Err(table.header_place().error(format!(
+            "the array has {} columns without names; save three, time in s, drive in V, displacement in \
+             um, or arrays with names in a .npz file",
+            table.headers().len()
+        )));
+    }
+    let layout = Layout {
+        time: (0, TimeUnit::Second.scale()),
+        drive: (1, VoltageUnit::Volt.scale()),
+        displacement: (2, LengthUnit::Micrometre.scale()),
+    };
+    Ok((layout, LengthUnit::Micrometre))
+}
+
 fn stem(path: &Path) -> String {
     path.file_stem()
         .map_or_else(String::new, |stem| stem.to_string_lossy().into())
@@ -40,7 +60,7 @@ fn stem(path: &Path) -> String {
 
 /// The file, its samples not yet read.
 pub(super) fn plan(path: &Path) -> Result<Plan, Error> {
-    let (layout, output_unit) = layout(&CsvTable::open(path)?)?;
+    let (layout, output_unit) = layout(&Table::open(path)?)?;
     Ok(Plan {
         name: stem(path),
         output_unit,
@@ -57,7 +77,7 @@ pub(super) fn plan(path: &Path) -> Result<Plan, Error> {
 
 /// Loads one CSV as three records that continue each other.
 pub(super) fn load(path: &Path) -> Result<Dataset, Error> {
-    let table = CsvTable::open(path)?;
+    let table = Table::open(path)?;
     let (layout, output_unit) = layout(&table)?;
     let samples = record::read(path, table, &layout, NEEDED)?;
     let stem = stem(path);
@@ -99,7 +119,7 @@ fn split(stem: &str, samples: &Samples) -> Vec<Record> {
 }
 
 /// The one column whose name is one of the stems with a unit of the quantity.
-fn find<U: Unit>(table: &CsvTable, quantity: &str, stems: &[&str]) -> Result<(usize, U), Error> {
+fn find<U: Unit>(table: &Table, quantity: &str, stems: &[&str]) -> Result<(usize, U), Error> {
     let unit = |header: &String| stems.iter().find_map(|stem| unit_of_column(header, stem));
     let headers = table.headers();
     let matches: Vec<_> = headers

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use crate::csv_table::{ColumnRequest, CsvTable};
 use crate::error::{Error, Place};
+use crate::table::{ColumnRequest, Table};
 use crate::time_grid::uniform_step;
 use crate::units::Scale;
 
@@ -34,7 +34,7 @@ pub(super) struct Samples {
 /// Reads and checks all samples; `needed` is the least number of them.
 pub(super) fn read(
     path: &Path,
-    table: CsvTable,
+    table: Table,
     layout: &Layout,
     needed: usize,
 ) -> Result<Samples, Error> {

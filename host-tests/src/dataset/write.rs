@@ -8,9 +8,9 @@ use toml::de::DeValue;
 use super::description::Description;
 use super::record::{self, Layout};
 use super::{MIN_SAMPLES, Role};
-use crate::csv_table::CsvTable;
 use crate::error::{Error, Place, quoted};
 use crate::output::OutputFolder;
+use crate::table::Table;
 use crate::toml_text::{Step, TomlText, read_text};
 use crate::units::{LengthUnit, TimeUnit, Unit, VoltageUnit};
 
@@ -124,7 +124,7 @@ fn check(folder: &Path, text: &str, place: Place, new: &NewRecord<'_>) -> Result
         return Ok(());
     };
     let file = folder.join(&last.file);
-    let table = CsvTable::open(&file)?;
+    let table = Table::open(&file)?;
     let remedy = "record into a new folder";
     let layout = Layout {
         time: (table.position(TIME, remedy)?, TimeUnit::Second.scale()),

@@ -14,8 +14,8 @@ use std::path::{Path, PathBuf};
 
 use super::record::Layout;
 use super::{Dataset, LengthUnit, Role, Zero, folder, lone};
-use crate::csv_table::{ColumnRequest, CsvTable};
 use crate::error::{Error, Place};
+use crate::table::{ColumnRequest, Table};
 use survey::Survey;
 
 /// Samples of a data set that are worked on if not told otherwise.
@@ -92,12 +92,16 @@ pub fn load(path: &Path, most: usize, progress: &dyn Fn(&str)) -> Result<Loaded,
     let Some(plan) = plan(path)? else {
         return all();
     };
-    let mut bytes = 0;
+    let mut bytes = 0u64;
     for source in &plan.sources {
         match std::fs::metadata(&source.file) {
             // What can be read only once cannot be surveyed.
             Ok(about) if !about.is_file() => return all(),
-            Ok(about) => bytes += about.len(),
+            Ok(about) => {
+                let requests = source.layout.requests();
+                let rows = Table::open(&source.file)?.rows(&requests)?;
+                bytes += rows.map_or(about.len(), |rows| rows.saturating_mul(SHORTEST_ROW));
+            }
             Err(_) => return all(),
         }
     }
@@ -221,7 +225,7 @@ fn parts(source: &Source, rows: u64) -> Vec<(Role, Option<&'static str>, Range<u
 
 /// A file's rows one after the other.
 struct Rows<'a> {
-    table: CsvTable,
+    table: Table,
     requests: [ColumnRequest; 3],
     doing: &'static str,
     name: &'a str,
@@ -237,7 +241,7 @@ impl<'a> Rows<'a> {
         progress: &'a dyn Fn(&str),
     ) -> Result<Self, Error> {
         Ok(Self {
-            table: CsvTable::open(&source.file)?,
+            table: Table::open(&source.file)?,
             requests: source.layout.requests(),
             doing,
             name: &source.name,
@@ -250,7 +254,7 @@ impl<'a> Rows<'a> {
     /// Line, and time (s), drive (V) and displacement (um).
     fn next(&mut self) -> Result<Option<(u64, [f64; 3])>, Error> {
         if self.count.is_multiple_of(TOLD_EVERY) {
-            let percent = 100 * self.table.bytes_read() / self.bytes.max(1);
+            let percent = self.table.percent(self.bytes);
             let (doing, name) = (self.doing, self.name);
             (self.progress)(&format!(
                 "{doing} {name}: {percent} %, {} samples",

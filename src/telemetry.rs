@@ -84,6 +84,28 @@ pub struct Statistics {
 /// telling takes no case distinction; told in exclusive or with it, no cause is zero.
 const NO_CAUSE: u32 = 3;
 
+/// Whether samples go on: only then is a watchdog fed, so that a timer or an interrupt that died ends in
+/// a reset, as does an idle loop that no longer asks.
+#[derive(Debug)]
+pub struct Alive {
+    seen: u32,
+}
+
+impl Alive {
+    /// Says yes once, then as samples come.
+    pub fn new(shared: &Shared) -> Self {
+        Self {
+            seen: shared.ticks().wrapping_sub(1),
+        }
+    }
+
+    /// Whether there was a sample since the last question.
+    pub fn goes_on(&mut self, shared: &Shared) -> bool {
+        let ticks = shared.ticks();
+        core::mem::replace(&mut self.seen, ticks) != ticks
+    }
+}
+
 impl Default for Shared {
     fn default() -> Self {
         Self::new()

@@ -1,5 +1,6 @@
 //! Host side of hysteron: data sets, identification, simulated stages, reports.
 
+pub mod campaign;
 pub mod dataset;
 pub mod discover;
 pub mod error;

@@ -19,7 +19,7 @@ use crate::control::Output;
 use crate::link::Server;
 use crate::safety::State;
 use crate::store::RamFlash;
-use crate::telemetry::Shared;
+use crate::telemetry::{Alive, Shared};
 
 static SENSOR: AtomicU32 = AtomicU32::new(0);
 static LATE: AtomicBool = AtomicBool::new(false);
@@ -120,6 +120,7 @@ fn run<B: Board>(
 ) -> ! {
     let counter = start_counter();
     let mut applied = *server.valid();
+    let mut alive = Alive::new(shared);
     while let Some([kind, len, low, high]) = receive::<4>() {
         payload.clear();
         let mut instructions = 0;
@@ -152,7 +153,7 @@ fn run<B: Board>(
             }
             b'S' => instructions = stack_used(),
             b'R' => {
-                respond(kind, 0, 0, &[]);
+                respond(kind, 0, false, 0, &[]);
                 SCB::sys_reset();
             }
             b'P' => panic!("forced"),
@@ -166,7 +167,12 @@ fn run<B: Board>(
             State::Run => 2,
             State::Fault => 3,
         };
-        respond(kind, state, instructions, payload);
+        // QEMU lacks the watchdog, so the host is told and takes its place.
+        let fed = alive.goes_on(shared);
+        if fed {
+            board.feed_watchdog();
+        }
+        respond(kind, state, fed, instructions, payload);
     }
     semihosting::process::exit(0)
 }
@@ -192,16 +198,27 @@ fn stack_used() -> u32 {
 /// What the fault handler put out, for the host to see.
 pub fn report_fault(code: u16) {
     PUT.store(code.into(), Ordering::Relaxed);
-    respond(b'F', 3, 0, &[]);
+    respond(b'F', 3, false, 0, &[]);
 }
 
-fn respond(kind: u8, state: u8, instructions: u32, payload: &[u8]) {
+fn respond(kind: u8, state: u8, fed: bool, instructions: u32, payload: &[u8]) {
     let put = PUT.load(Ordering::Relaxed);
     let [code_low, code_high, enabled, _] = put.to_le_bytes();
     let [len_low, len_high] = (payload.len() as u16).to_le_bytes();
     let [a, b, c, d] = instructions.to_le_bytes();
     let header: [u8; HEADER_LEN] = [
-        kind, state, code_low, code_high, enabled, 0, len_low, len_high, a, b, c, d,
+        kind,
+        state,
+        code_low,
+        code_high,
+        enabled,
+        fed.into(),
+        len_low,
+        len_high,
+        a,
+        b,
+        c,
+        d,
     ];
     // A host that has gone away is noticed when reading.
     if let Ok(mut out) = stdout() {

@@ -6,7 +6,7 @@ use heapless::spsc::{Consumer, Producer, Queue};
 use super::device::Interrupt;
 use super::{Board, Hardware, Uart};
 use crate::link::Server;
-use crate::telemetry::Shared;
+use crate::telemetry::{Alive, Shared};
 
 /// Bytes between port and idle loop, one less than this, each way: 11 ms of line time.
 const BYTES_LEN: usize = 1024;
@@ -85,7 +85,7 @@ impl Line {
         board: &mut B,
     ) -> ! {
         let mut applied = *server.valid();
-        let mut fed_at = shared.ticks().wrapping_sub(1);
+        let mut alive = Alive::new(shared);
         loop {
             while let Some(byte) = self.received.dequeue() {
                 if let Some(frame) = server.receive(byte) {
@@ -102,9 +102,7 @@ impl Line {
             {
                 Self::send(&mut self.to_send, frame);
             }
-            let ticks = shared.ticks();
-            if ticks != fed_at {
-                fed_at = ticks;
+            if alive.goes_on(shared) {
                 board.feed_watchdog();
             }
         }

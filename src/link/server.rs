@@ -53,6 +53,8 @@ pub struct Server<'a> {
     /// Ticks when the latest order was sent: until the next tick the state is not up to date.
     ordered_at: Option<u32>,
     stream_next: u32,
+    /// Samples from before the latest reset of the stream may be left in it.
+    emptying: bool,
     held_back: Option<Sample>,
     reader: Reader,
     bad_frames: u32,
@@ -77,6 +79,7 @@ impl<'a> Server<'a> {
             unfit: boot.unfit,
             ordered_at: None,
             stream_next: 0,
+            emptying: false,
             held_back: None,
             reader: Reader::new(),
             bad_frames: 0,
@@ -298,15 +301,21 @@ impl<'a> Server<'a> {
         if self.state()? == State::Run {
             return Err(Refusal::State);
         }
+        // What is to be dropped is told by its number: it must not become less before the order is
+        // obeyed, or the samples that come next would make it up.
+        if self.dropping() {
+            return Err(Refusal::Busy);
+        }
         let stale = self.stream.len() as u32;
         let answer = self.order(Order::DropStream(stale))?;
-        self.stream_next = 0;
+        (self.stream_next, self.emptying) = (0, stale > 0);
         Ok(answer)
     }
 
-    /// Whether samples from before the latest reset are still in the stream, with none played since.
-    fn dropping(&self) -> bool {
-        self.stream.len() as u32 > self.stream_next
+    /// Whether samples from before the latest reset are still in the stream; none is played meanwhile.
+    fn dropping(&mut self) -> bool {
+        self.emptying = self.emptying && self.stream.len() as u32 > self.stream_next;
+        self.emptying
     }
 
     fn append(&mut self, first: u32, samples: &[f32]) -> Result<Answer, Refusal> {

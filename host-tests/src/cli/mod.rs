@@ -5,6 +5,7 @@ mod compensate;
 mod demo;
 mod diagnose;
 mod experiment;
+mod faults;
 mod hide;
 mod identify;
 mod link;
@@ -45,6 +46,7 @@ Examples:
   hysteron hide --effect random --seed 3 --out out/hidden
   hysteron blind --cases 40 --tier 2 --out out/blind
   hysteron pil --out out/pil
+  hysteron faults --out out/faults
 
 Exit codes: 0 done, 2 bad input or a file that cannot be read or written, 130 interrupted.";
 
@@ -70,6 +72,8 @@ enum Command {
     Blind(blind::Arguments),
     /// Run the firmware in an emulator: pil.json and a page.
     Pil(pil::Arguments),
+    /// Inject faults by the thousand into the firmware: faults.json and a page.
+    Faults(faults::Arguments),
 }
 
 /// Parses the command line and does what it says.
@@ -91,6 +95,7 @@ pub fn run() -> Result<(), Error> {
         Some(Command::Hide(arguments)) => hide::run(&arguments),
         Some(Command::Blind(arguments)) => blind::run(&arguments),
         Some(Command::Pil(arguments)) => pil::run(&arguments),
+        Some(Command::Faults(arguments)) => faults::run(&arguments),
     };
     done.and_then(|()| say::refusal())
 }

@@ -24,6 +24,8 @@ pub struct Response {
     pub kind: u8,
     /// What it did.
     pub ticked: Ticked,
+    /// Whether the idle loop fed the watchdog since the response before, which QEMU lacks.
+    pub fed: bool,
     /// Link bytes.
     pub payload: Vec<u8>,
 }
@@ -92,7 +94,7 @@ impl Emulator {
         let mut header = [0; 12];
         let read = self.responses.read_exact(&mut header);
         read.map_err(|error| self.failed(&error))?;
-        let [kind, state, c0, c1, enabled, _, l0, l1, count @ ..] = header;
+        let [kind, state, c0, c1, enabled, fed, l0, l1, count @ ..] = header;
         let mut payload = vec![0; usize::from(u16::from_le_bytes([l0, l1]))];
         let read = self.responses.read_exact(&mut payload);
         read.map_err(|error| self.failed(&error))?;
@@ -104,6 +106,7 @@ impl Emulator {
                 driver_enabled: enabled == 1,
                 instructions: u32::from_le_bytes(count),
             },
+            fed: fed == 1,
             payload,
         })
     }

@@ -163,7 +163,7 @@ fn spoilt_numbers() {
         .windows(11)
         .position(|w| w == b"drive_v.npy")
         .unwrap()
-        + 400;
+        + 200;
     let mut bytes = packed.clone();
     bytes[at] ^= 1;
     fs::write(&file, bytes).unwrap();

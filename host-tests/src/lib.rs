@@ -5,6 +5,7 @@ pub mod dataset;
 pub mod discover;
 pub mod error;
 pub mod experiment;
+pub mod export;
 pub mod identify;
 pub mod interrupt;
 pub mod link;

@@ -23,15 +23,16 @@ use hysteron_host::stage;
 /// A modified play model is inverted by the law that it names, with the rate of the drive itself, and
 /// within its range.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// A model.toml, or a built-in model: p753, p753-printed, example-f.
     #[arg(long, value_name = "M")]
     model: String,
-    /// CSV with the columns time_s and reference_um.
-    #[arg(long, value_name = "REF.csv")]
+    /// CSV, .npz or .npy with the columns time_s and reference_um.
+    #[arg(long, value_name = "REF")]
     reference: PathBuf,
-    /// CSV to write, with the columns time_s and drive_v.
-    #[arg(long, value_name = "OUT.csv")]
+    /// File to write, with the columns time_s and drive_v: arrays if it ends in .npz or .npy, else CSV.
+    #[arg(long, value_name = "OUT")]
     out: PathBuf,
     /// Which inverse.
     #[arg(long, value_enum, default_value_t)]
@@ -40,6 +41,11 @@ pub struct Arguments {
     #[arg(long, value_enum, value_name = "RATE")]
     plant_rate: Option<Rate>,
 }
+
+const EXAMPLES: &str = "\
+Examples:
+  hysteron compensate --model p753 --reference scan.csv --out drive.csv
+  hysteron compensate --model out/stage/model.toml --reference scan.npy --inverse cascade --out drive.npz";
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub enum Rate {

@@ -25,7 +25,7 @@ use crate::cli::say::{self, say};
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
-    /// A folder with a dataset.toml, or one CSV file with time, drive and displacement.
+    /// A folder with a dataset.toml, or one CSV, .npz or .npy file with time, drive and displacement.
     data: PathBuf,
     /// The folder to write to.
     #[arg(long, value_name = "DIR")]

@@ -20,7 +20,7 @@ use crate::cli::say::{self, say};
 /// Writes model.toml (the model), identification.json (figures) and report.html (plots).
 #[derive(Debug, Args)]
 pub struct Arguments {
-    /// A folder with a dataset.toml, or one CSV file with time, drive and displacement.
+    /// A folder with a dataset.toml, or one CSV, .npz or .npy file with time, drive and displacement.
     data: PathBuf,
     /// The folder to write to.
     #[arg(long, value_name = "DIR")]

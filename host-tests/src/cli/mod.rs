@@ -6,6 +6,7 @@ mod demo;
 mod diagnose;
 mod experiment;
 mod faults;
+mod export;
 mod hide;
 mod identify;
 mod link;
@@ -40,6 +41,7 @@ Examples:
   hysteron diagnose measured/ --out out/found
   hysteron compensate --model out/stage/model.toml --reference scan.csv --out drive.csv
   hysteron simulate --model p753 --input drive.csv --out displacement.csv
+  hysteron export --model out/stage/model.toml --format c --sample-rate 10000 --out stage.h
   hysteron experiment j --out out/j
   hysteron experiment m --out out/m
   hysteron link --port /dev/ttyUSB0 record --out measured --excitation sine --amplitude 5
@@ -62,6 +64,8 @@ enum Command {
     Simulate(simulate::Arguments),
     /// Drive that makes a modelled stage follow a reference.
     Compensate(compensate::Arguments),
+    /// Write a model as a C header or a Rust module for a firmware of your own.
+    Export(export::Arguments),
     /// Reproduce a paper's experiments: a JSON file and a page.
     Experiment(experiment::Arguments),
     /// Talk to the firmware over a serial device or a socket.
@@ -90,6 +94,7 @@ pub fn run() -> Result<(), Error> {
         Some(Command::Diagnose(arguments)) => diagnose::run(&arguments),
         Some(Command::Simulate(arguments)) => simulate::run(&arguments),
         Some(Command::Compensate(arguments)) => compensate::run(&arguments),
+        Some(Command::Export(arguments)) => export::run(&arguments),
         Some(Command::Experiment(arguments)) => experiment::run(&arguments),
         Some(Command::Link(arguments)) => link::run(&arguments),
         Some(Command::Hide(arguments)) => hide::run(&arguments),

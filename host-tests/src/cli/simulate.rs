@@ -17,15 +17,17 @@ use hysteron_host::stage;
 /// the nearest admissible state when the first sample is not zero.
 /// A modified play model runs free: its feedback is of its own outputs.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// A model.toml, or a built-in model: p753, p753-printed, example-f.
     #[arg(long, value_name = "M")]
     model: String,
-    /// CSV with the columns time_s and drive_v.
-    #[arg(long, value_name = "IN.csv")]
+    /// CSV, .npz or .npy with the columns time_s and drive_v.
+    #[arg(long, value_name = "IN")]
     input: PathBuf,
-    /// CSV to write, with the columns time_s and displacement_um.
-    #[arg(long, value_name = "OUT.csv")]
+    /// File to write, with the columns time_s and displacement_um: arrays if it ends in .npz or .npy, else
+    /// CSV.
+    #[arg(long, value_name = "OUT")]
     out: PathBuf,
     /// Which rate of the drive the stage sees.
     #[arg(long, value_enum, default_value_t)]
@@ -35,6 +37,11 @@ pub struct Arguments {
     #[arg(long, value_name = "K", default_value = "1")]
     oversample: NonZeroU16,
 }
+
+const EXAMPLES: &str = "\
+Examples:
+  hysteron simulate --model p753 --input drive.csv --out displacement.csv
+  hysteron simulate --model out/stage/model.toml --input drive.npz --out displacement.npz";
 
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]
 enum Rate {

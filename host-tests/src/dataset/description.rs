@@ -37,7 +37,7 @@ pub(super) struct Signals {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct TimeSignal {
-    /// Exact name of the column in each CSV.
+    /// Exact name of the column, array or field in each file.
     pub(super) column: String,
     /// Unit of the column.
     pub(super) unit: TimeUnit,
@@ -47,7 +47,7 @@ pub(super) struct TimeSignal {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct InputSignal {
-    /// Exact name of the column in each CSV.
+    /// Exact name of the column, array or field in each file.
     pub(super) column: String,
     /// Unit of the column.
     pub(super) unit: VoltageUnit,
@@ -60,7 +60,7 @@ pub(super) struct InputSignal {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct OutputSignal {
-    /// Exact name of the column in each CSV.
+    /// Exact name of the column, array or field in each file.
     pub(super) column: String,
     /// Unit of the column.
     pub(super) unit: LengthUnit,
@@ -73,7 +73,7 @@ pub(super) struct OutputSignal {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RecordEntry {
-    /// CSV file, relative to the folder of this description and inside it.
+    /// CSV, .npz or .npy file, relative to the folder of this description and inside it.
     pub(super) file: String,
     /// What the record serves for.
     pub(super) role: Role,

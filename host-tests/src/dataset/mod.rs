@@ -1,7 +1,7 @@
 //! Data sets: measured records of drive and displacement, checked and converted to internal units.
 //!
-//! A data set is a folder with a `dataset.toml` that lists CSV files and their roles (`docs/dataset.md`
-//! is the format's description), or one CSV file alone.
+//! A data set is a folder with a `dataset.toml` that lists CSV or NumPy files and their roles (`docs/dataset.md`
+//! is the format's description), or one such file alone.
 
 mod description;
 mod folder;
@@ -106,9 +106,9 @@ pub enum Zero {
 
 impl Dataset {
     /// Loads a data set from a folder with a `dataset.toml`, from that file itself (any `.toml`
-    /// file), or from one CSV alone.
+    /// file), or from one CSV, `.npz` or `.npy` file alone.
     ///
-    /// A CSV alone gives three records that continue each other: the first 60 % of its samples to
+    /// A file alone gives three records that continue each other: the first 60 % of its samples to
     /// fit, the next 20 % to select and the last 20 % to report.
     ///
     /// # Errors

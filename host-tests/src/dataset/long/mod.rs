@@ -36,7 +36,7 @@ pub(super) struct Plan {
     pub(super) sources: Vec<Source>,
 }
 
-/// A CSV file of a data set.
+/// A file of a data set.
 pub(super) struct Source {
     pub(super) file: PathBuf,
     pub(super) name: String,

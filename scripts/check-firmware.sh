@@ -69,7 +69,7 @@ for feature in board-h743 board qemu; do
 done
 
 HYSTERON_FIRMWARE=$elf cargo test --locked --package hysteron-host --test firmware_emulator \
-    --test link_circle --test pil -- \
+    --test link_circle --test pil --test faults -- \
     --ignored --nocapture | tee "$output"
 stack=$(sed -n 's/.*stack: \([0-9]*\) bytes.*/\1/p' "$output" | sort -n | tail -n 1)
 echo "stack: $stack bytes at its deepest in the emulator, of $bound by the calls"

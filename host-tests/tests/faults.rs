@@ -5,11 +5,14 @@
 mod firmware_rig;
 
 use std::path::PathBuf;
+use std::process::Command as Program;
 
 use firmware_rig::{Rig, bipolar, published, sine};
 use hysteron::control::Path;
-use hysteron::link::{Answer, CHUNK_LEN, Command, Refusal};
+use hysteron::link::{Answer, CHUNK_LEN, Command, FRAME_LEN, Message, Refusal, encode};
 use hysteron::reference::Waveform;
+use hysteron::settings::Settings;
+use hysteron_host::campaign::judge::{self, Judge};
 use hysteron_host::campaign::{self, Failing, Outcome, ROUNDS, Subject};
 use hysteron_host::error::Error;
 use hysteron_host::pil::{Emulator, Pair, Replica, Target, Ticked};
@@ -107,8 +110,8 @@ fn the_judge_finds_what_is_wrong() {
         (Wrong::Jump, "moved by"),
         (Wrong::BeyondRange, "outside"),
         (Wrong::SampleLost, "of the acknowledged stream"),
-        (Wrong::DriverStaysOn, "driver is on"),
-        (Wrong::Forgets, "lost"),
+        (Wrong::DriverStaysOn, "does not come to rest"),
+        (Wrong::Forgets, "outside"),
         (Wrong::ReplyLost, "None after 0 others"),
         (Wrong::SensorLeaks, "depends on the sensor"),
         (Wrong::MovesInHold, "while it holds"),
@@ -129,6 +132,40 @@ fn the_judge_finds_what_is_wrong() {
             outcome.failures
         );
     }
+}
+
+/// What was acknowledged and is told otherwise later does not go unseen.
+#[test]
+fn the_judge_misses_what_was_acknowledged() {
+    let reply = |sequence, answer| {
+        let mut frame = [0; FRAME_LEN];
+        let len = encode(&Message::Reply { sequence, answer }, &mut frame).unwrap();
+        frame[..len].to_vec()
+    };
+    let mut judge = Judge::new();
+    let mut says = |sequence, command: Command, answer| {
+        judge.asks(sequence, &command);
+        judge.heard(&reply(sequence, answer)).map(drop)
+    };
+    let model = || Some(published());
+    assert_eq!(says(1, Command::SetModel(model()), Answer::Done), Ok(()));
+    assert_eq!(says(2, Command::GetModel, Answer::Model(model())), Ok(()));
+    assert!(says(3, Command::GetModel, Answer::Model(None)).is_err());
+    let settings = Answer::Settings(Settings::default());
+    assert_eq!(says(4, Command::GetSettings, settings), Ok(()));
+    assert!(says(5, Command::GetSettings, Answer::Settings(bipolar())).is_err());
+    let chunk = |first| Command::Stream {
+        first,
+        samples: [1.0; CHUNK_LEN].into_iter().collect(),
+    };
+    let at = |next| Answer::Stream { next, free: 9 };
+    assert_eq!(says(6, chunk(0), at(64)), Ok(()));
+    assert!(says(7, chunk(64), at(63)).is_err());
+    assert!(says(8, chunk(64), at(129)).is_err());
+    let played = |codes: &[u16]| judge::played(&bipolar(), &[0.0, 1.0], codes);
+    assert_eq!(played(&[32_768, 33_423]), Ok(()));
+    assert!(played(&[32_768]).is_err());
+    assert!(played(&[32_768, 32_768]).is_err());
 }
 
 /// Emptying a stream again in the sample after a swap once took eight acknowledged samples with it.
@@ -156,4 +193,34 @@ fn a_stream_that_is_emptied_twice_keeps_what_came_after() {
     assert_eq!(rig.statistics().played, 64);
     rig.tell(Command::Hold);
     rig.start(Path::Direct, sine(1.0, 50.0));
+}
+
+/// The files of a run, and the same seed again.
+#[test]
+fn the_command_writes_what_it_did_and_a_seed_repeats_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = || {
+        let out = folder.path().join("faults");
+        let done = Program::new(env!("CARGO_BIN_EXE_hysteron"))
+            .args(["faults", "--runs", "1", "--seed", "17", "--out"])
+            .arg(&out)
+            .output()
+            .unwrap();
+        assert!(done.status.success(), "{done:?}");
+        std::fs::read_to_string(out.join("faults.json")).unwrap()
+    };
+    let first = run();
+    let told: serde_json::Value = serde_json::from_str(&first).unwrap();
+    assert_eq!(told["injected"], 92);
+    assert_eq!(told["kinds"]["model_swap"], 4);
+    assert_eq!(told["failures"], serde_json::json!([]));
+    assert_eq!(first, run());
+    let page = std::fs::read_to_string(folder.path().join("faults/report.html")).unwrap();
+    for row in [
+        "all of 92 faults",
+        "stream that pauses",
+        "model removed in motion",
+    ] {
+        assert!(page.contains(row), "{row}");
+    }
 }

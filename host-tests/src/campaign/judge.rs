@@ -224,15 +224,11 @@ impl Judge {
                 let new = samples.iter().take(next.saturating_sub(first));
                 self.stream.extend(new.skip(known.saturating_sub(first)));
             }
-            (Command::GetSettings, Answer::Settings(settings)) => {
-                if *settings != self.settings() {
-                    return Err("acknowledged settings are lost".to_owned());
-                }
+            (Command::GetSettings, Answer::Settings(settings)) if *settings != self.settings() => {
+                return Err("acknowledged settings are lost".to_owned());
             }
-            (Command::GetModel, Answer::Model(model)) => {
-                if *model != self.model {
-                    return Err("the acknowledged model is lost".to_owned());
-                }
+            (Command::GetModel, Answer::Model(model)) if *model != self.model => {
+                return Err("the acknowledged model is lost".to_owned());
             }
             _ => {}
         }

@@ -305,9 +305,10 @@ pub fn settings_in_motion<S: Subject>(rig: &mut Rig<S>) -> Result<(), Stop> {
         1 => rig.tell(&Command::Hold)?,
         _ => rig.tell(&Command::Stop)?,
     }
-    rig.tick(false)?;
-    if !rig.tick(false)?.driver_enabled {
-        return Ok(());
+    if !rig.ticks(2)?.driver_enabled {
+        // It was there already; in Hold it counts as moving wherever it stands.
+        rig.tell(&Command::Hold)?;
+        rig.ticks(2)?;
     }
     let settings = super::material::settings(&mut rig.dice);
     for command in [Command::SetSettings(settings), Command::Save] {

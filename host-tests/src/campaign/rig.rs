@@ -300,11 +300,14 @@ impl<S: Subject> Rig<S> {
     /// What the judge says.
     pub fn rests(&mut self) -> Result<(), Stop> {
         self.tell(&Command::Stop)?;
+        let mut last = self.tick(false)?;
         for _ in 0..self.way_to_rest() {
-            if !self.tick(false)?.driver_enabled {
+            if !last.driver_enabled {
                 return Ok(());
             }
+            last = self.tick(false)?;
         }
-        broken("does not come to rest")
+        let settings = self.judge.settings();
+        broken(format!("does not come to rest: {last:?} with {settings:?}"))
     }
 }

@@ -1,5 +1,7 @@
 //! Blind trials: their scores on hand-made outcomes, and a small run from hiding to the page.
 
+mod browser;
+
 use hysteron_host::discover::Verdict;
 use hysteron_host::discover::blind::{
     Answer, Named, Outcome, Plan, Range, Scores, Share, Spread, run,
@@ -222,6 +224,7 @@ fn a_small_run_is_scored_and_shown() {
         assert!(html.contains(&one.command()), "{}", one.command());
     }
     assert!(html.contains("<td") && html.contains("saturation"));
+    browser::assert_renders(&html, &json);
 }
 
 /// The truth is the hidden stage's own, which the diagnosis does not see.

@@ -1,5 +1,6 @@
 //! Paper J computed from code, held against what is printed and what was computed independently.
 
+mod browser;
 mod page_figures;
 
 use std::sync::LazyLock;
@@ -263,7 +264,9 @@ fn corners_of_a_triangle_cost_the_lead_only_behind_a_lag() {
 
 #[test]
 fn page_and_json_agree() {
-    page_figures::assert_equal_json(&RESULTS.page().to_html(), &RESULTS.to_json(), 13);
+    let (html, json) = (RESULTS.page().to_html(), RESULTS.to_json());
+    page_figures::assert_equal_json(&html, &json, 13);
+    browser::assert_renders(&html, &json);
 }
 
 #[test]

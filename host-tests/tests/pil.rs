@@ -1,5 +1,6 @@
 //! `hysteron pil` on the firmware in its emulator.
 
+mod browser;
 mod page_figures;
 
 use std::path::{Path, PathBuf};
@@ -90,6 +91,7 @@ fn the_firmware_follows_paper_j_bit_for_bit() {
 
     let page = std::fs::read_to_string(out.join("report.html")).unwrap();
     assert!(page.contains("agree bit for bit") && !page.contains("class=\"verdict bad\""));
+    browser::assert_renders(&page, &json);
 }
 
 #[test]
@@ -224,6 +226,7 @@ fn two_models_side_by_side_get_a_page() {
     let json: Value = serde_json::from_str(&text).unwrap();
     let page = std::fs::read_to_string(path("out/report.html")).unwrap();
     page_figures::assert_equal_json(&page, &json, 5);
+    browser::assert_renders(&page, &json);
     assert_eq!(json["extended"]["left_out"][0], "saturation");
     assert_eq!(json["extended"]["inverse"], "cascade");
     // 0.4 ms of 30 Hz and 30 um: 1.6 um rms.

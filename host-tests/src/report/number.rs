@@ -69,6 +69,23 @@ pub(super) fn display_unit(unit: &str) -> String {
     unit.replace("um", "µm")
 }
 
+/// A text with the micrometre as a word, `um` in files, printed as in [`display_unit`].
+pub(super) fn display_text(text: &str) -> String {
+    let part_of_word = |c: char| c.is_alphanumeric() || c == '_';
+    let mut shown = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some(at) = rest.find("um") {
+        let (before, after) = (&rest[..at], &rest[at + 2..]);
+        let alone = !before.ends_with(part_of_word) && !after.starts_with(part_of_word);
+        // What was cut off before ended in a word if it ended in `um`.
+        let alone = alone && !(before.is_empty() && shown.ends_with(part_of_word));
+        shown += before;
+        shown += if alone { "µm" } else { "um" };
+        rest = after;
+    }
+    shown + rest
+}
+
 /// The true minus sign, as wide as a digit.
 pub(super) fn minus(text: String) -> String {
     text.replace('-', "−")
@@ -119,6 +136,22 @@ mod tests {
         }
         assert_eq!(machine(0.05), "0.05");
         assert_eq!(machine(1e-9), "1e-9");
+    }
+
+    #[test]
+    fn micrometres_are_shown_where_they_are_a_word() {
+        for (text, shown) in [
+            ("0.5 um rms; um", "0.5 µm rms; µm"),
+            ("um/V (um)", "µm/V (µm)"),
+            ("minimum sum, umbra", "minimum sum, umbra"),
+            (
+                "reference_um and gain_um_per_v",
+                "reference_um and gain_um_per_v",
+            ),
+            ("umum um", "umum µm"),
+        ] {
+            assert_eq!(display_text(text), shown);
+        }
     }
 
     #[test]

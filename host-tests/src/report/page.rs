@@ -1,6 +1,6 @@
 //! The page: verdict, key figures, sections.
 
-use super::number::{display_unit, format_number};
+use super::number::{display_text, display_unit, format_number};
 use super::plot::Plot;
 use super::svg;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
@@ -79,7 +79,7 @@ impl Cell {
     fn shown(&self) -> String {
         match self {
             Self::Number(value) => format_number(*value),
-            Self::Text(text) => text.clone(),
+            Self::Text(text) => display_text(text),
             Self::Shaded { count: 0, .. } => String::new(),
             Self::Shaded { count, .. } => count.to_string(),
         }
@@ -269,7 +269,7 @@ impl Page {
                     (svg::markers())
                     main {
                         h1 { (self.title) }
-                        @if !self.lead.is_empty() { p.lead { (self.lead) } }
+                        @if !self.lead.is_empty() { p.lead { (display_text(&self.lead)) } }
                         @if let Some((tone, text)) = &self.verdict { (verdict(*tone, text)) }
                         @if !self.figures.is_empty() { (key_figures(&self.figures)) }
                         @for section in &self.sections {
@@ -300,7 +300,7 @@ fn verdict(tone: Tone, text: &str) -> Markup {
     html! {
         p class={ "verdict " (class) } {
             span.sign aria-hidden="true" { (sign) }
-            span { span.unseen { (word) } (text) }
+            span { span.unseen { (word) } (display_text(text)) }
         }
     }
 }
@@ -320,11 +320,11 @@ fn key_figures(figures: &[KeyFigure]) -> Markup {
             tbody {
                 @for figure in figures {
                     tr {
-                        th scope="row" { (figure.label) }
+                        th scope="row" { (display_text(&figure.label)) }
                         td.number id=(figure.key) data-key=(figure.key)
                             data-value=(figure.value.exact()) { (figure.value.shown()) }
                         td { (figure.unit) }
-                        @if noted { td { (figure.note) } }
+                        @if noted { td { (display_text(&figure.note)) } }
                     }
                 }
             }
@@ -345,8 +345,8 @@ fn blocks(group: &[Block], plots: &mut impl Iterator<Item = usize>) -> Markup {
         } @else {
             @for block in group {
                 @match block {
-                    Block::Paragraph(text) => p { (text) },
-                    Block::List(items) => ul { @for item in items { li { (item) } } },
+                    Block::Paragraph(text) => p { (display_text(text)) },
+                    Block::List(items) => ul { @for item in items { li { (display_text(item)) } } },
                     Block::Table { headers, rows } => (table(headers, rows)),
                     Block::Plot(_) => {},
                 }
@@ -366,7 +366,7 @@ fn table(headers: &[String], rows: &[Vec<Cell>]) -> Markup {
                 thead {
                     tr {
                         @for (column, header) in headers.iter().enumerate() {
-                            th.number[numeric(column)] scope="col" { (header) }
+                            th.number[numeric(column)] scope="col" { (display_text(header)) }
                         }
                     }
                 }

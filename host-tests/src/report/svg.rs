@@ -2,7 +2,7 @@
 
 use super::frame::{Frame, labels};
 use super::ink::Ink;
-use super::number::{format_number, power_of_ten};
+use super::number::{display_text, format_number, power_of_ten};
 use super::plot::{Axis, Plot, Proportion, Style};
 use super::scale::{Scale, Tick};
 use maud::{Markup, html};
@@ -46,7 +46,7 @@ pub(super) fn figure(plot: &Plot, number: usize) -> Markup {
         figure.plot.wide[plot.proportion == Proportion::Wide] {
             figcaption {
                 strong { (plot.title) }
-                @if !plot.caption.is_empty() { " " (plot.caption) }
+                @if !plot.caption.is_empty() { " " (display_text(&plot.caption)) }
             }
             ul.legend {
                 @for (k, series) in plot.series.iter().enumerate() {
@@ -150,7 +150,7 @@ fn describe(plot: &Plot, frame: &Frame) -> String {
         .collect();
     format!(
         "{} Horizontal axis: {}. Vertical axis: {}. Series: {}.",
-        plot.caption,
+        display_text(&plot.caption),
         axis(&plot.x, &frame.x),
         axis(&plot.y, &frame.y),
         names.join(", ")

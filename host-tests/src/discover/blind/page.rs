@@ -84,11 +84,24 @@ fn verdict(blind: &Blind) -> (Tone, String) {
     } else {
         Tone::Neutral
     };
-    let text = format!(
-        "{} of {} effects or sets of effects that must be found are named exactly or first, the truth \
-         is in the set in {}; something is named in {} of {} cases without effect.",
-        found.count, found.of, scores.in_set.count, scores.false_names.count, scores.false_names.of,
+    let (what, how) = if blind.plan.effects == 1 {
+        ("effects", "first")
+    } else {
+        ("sets of effects", "exactly")
+    };
+    let mut text = format!(
+        "{} of {} {what} that must be found are named {how}, the truth is among the names in {}",
+        found.count, found.of, scores.in_set.count,
     );
+    let none = scores.false_names;
+    text += &if none.of > 0 {
+        format!(
+            "; something is named in {} of {} cases without effect.",
+            none.count, none.of
+        )
+    } else {
+        ".".to_owned()
+    };
     (tone, text)
 }
 

@@ -155,13 +155,22 @@ pub(super) fn over_records(
     let of_means: f64 = means.iter().map(|(_, m)| m * m).sum();
     if of_means > 0.1 * total {
         summary += &format!(
-            " The means of the records are {} of its square; the mean goes from {} to {} {} in {} s.",
-            super::percent(of_means / total),
-            short(unit.from_um(first.1)),
-            short(unit.from_um(last.1)),
-            unit.symbol(),
-            short(last.0 - first.0)
+            " The means of the records are {} of its square",
+            super::percent(of_means / total)
         );
+        // Records with an offset of their own have no mean but rounding.
+        let drift = (last.1 - first.1).abs();
+        summary += &if drift * drift > 1e-6 * of_means {
+            format!(
+                "; the mean goes from {} to {} {} in {} s.",
+                short(unit.from_um(first.1)),
+                short(unit.from_um(last.1)),
+                unit.symbol(),
+                short(last.0 - first.0)
+            )
+        } else {
+            ".".to_owned()
+        };
     }
     let positions = ordered
         .iter()

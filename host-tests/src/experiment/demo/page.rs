@@ -149,7 +149,7 @@ fn against_reference(tracking: &Tracking) -> Plot {
         )
     };
     Plot::new(
-        format!("Displacement against reference, {}", tracking.name),
+        format!("Loop, {}", tracking.name),
         Axis::linear("Reference", "um"),
         Axis::linear("Displacement", "um"),
     )

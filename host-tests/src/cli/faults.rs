@@ -10,7 +10,7 @@ use hysteron_host::output::OutputFolder;
 use hysteron_host::pil::{Emulator, Pair, Replica};
 
 use super::progress;
-use crate::cli::say::say;
+use crate::cli::say::{self, say};
 
 /// Inject faults into the firmware's control, safety and link, and judge all that comes of them.
 ///
@@ -55,9 +55,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         }
     };
     bar.finish_and_clear();
-    folder.add("faults.json", format!("{:#}\n", outcome.to_json()))?;
+    let json = outcome.to_json();
+    folder.add("faults.json", format!("{json:#}\n"))?;
     folder.add("report.html", campaign::page(&outcome).to_html())?;
     folder.commit()?;
+    say::figures(&json);
     for row in &outcome.rows {
         say!("{:<76} {:>7}", row.name, row.injected);
     }

@@ -127,11 +127,11 @@ pub fn write(mut to: impl Write, place: &Place, columns: &[Column<'_>]) -> Resul
     write_rows(&mut to, columns, rows).map_err(|source| refused(place, source))
 }
 
-/// As [`write`], in the form that the end of the destination's name says: `.npy` one structured array
+/// As [`write()`], in the form that the end of the destination's name says: `.npy` one structured array
 /// with a field a column, `.npz` an archive with an array a column, all of doubles, else CSV.
 ///
 /// # Errors
-/// As [`write`].
+/// As [`write()`].
 pub fn write_as(
     path: impl AsRef<Path>,
     mut to: impl Write + Seek,

@@ -89,8 +89,8 @@ typedef struct {
 } @p_state;
 
 /* direct u + sum of the weighted plays, which follow u between envelopes that open with its rate. */
-static inline @T @p_plays(@p_state *state, @T direct, const @T *weights, const @T *thresholds,
-                          @T beta, @T u)
+static inline @T @p_plays(@p_state *state, @T direct, const @T *weights,
+                          const @T *thresholds, @T beta, @T u)
 {
     @T opened, sum;
     int i;

@@ -252,7 +252,7 @@ fn frequencies(section: &mut Section, found: &Identification) {
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
         let (x, y): (Vec<f64>, Vec<f64>) = points.into_iter().unzip();
         if !x.is_empty() {
-            plot = plot.series(Series::new(role(wanted), Style::LinePoints, &x, &y));
+            plot = plot.series(Series::new(role(wanted), Style::Points, &x, &y));
         }
     }
     if let Some((noise, _)) = found.noise {

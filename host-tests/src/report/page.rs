@@ -11,6 +11,12 @@ const SCRIPT: &str = include_str!("hover.js");
 /// Forbids the browser every request, whatever a title or label may contain.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'";
 
+/// A table of more columns is set smaller, so that it fits the page.
+const DENSE: usize = 7;
+
+/// A table of more columns is a matrix, its headers stand upright.
+const MATRIX: usize = 12;
+
 /// How a verdict is meant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tone {
@@ -362,7 +368,7 @@ fn table(headers: &[String], rows: &[Vec<Cell>]) -> Markup {
     };
     html! {
         div.scroll {
-            table {
+            table.dense[headers.len() > DENSE].matrix[headers.len() > MATRIX] {
                 thead {
                     tr {
                         @for (column, header) in headers.iter().enumerate() {

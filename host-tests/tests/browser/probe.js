@@ -83,6 +83,9 @@
   const first = [...document.querySelector("main").children].slice(1, 3);
   expect(first.some((element) => element.matches(".verdict")), "no verdict on top");
   expect(innerWidth >= document.documentElement.scrollWidth, "wider than the window of " + innerWidth);
+  for (const table of all(".scroll")) {
+    expect(table.clientWidth >= table.scrollWidth, "a table of " + table.scrollWidth + " in " + table.clientWidth);
+  }
   expect(performance.getEntriesByType("resource").length === 0, "a request");
 
   const result = document.createElement("pre");

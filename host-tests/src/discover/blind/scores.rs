@@ -292,7 +292,9 @@ impl Share {
         let middle = rate + square / (2.0 * n);
         let side = SIDES * (rate * (1.0 - rate) / n + square / (4.0 * n * n)).sqrt();
         let scale = 1.0 + square / n;
-        Some(((middle - side) / scale, (middle + side) / scale))
+        // Rounding may lead beyond the ends, or to a zero with a sign.
+        let within = |share: f64| (share / scale).clamp(0.0, 1.0) + 0.0;
+        Some((within(middle - side), within(middle + side)))
     }
 }
 

@@ -8,7 +8,7 @@ use crate::error::Error;
 use crate::metrics::rms_error;
 use crate::model_file::ModelFile;
 use crate::plant::hidden::{Choice, Effect, HiddenCase, HiddenPlant, Protocol, Tier, Truth};
-use crate::report::{Axis, KeyFigure, Page, Plot, Series, Style};
+use crate::report::{Axis, KeyFigure, Page, Plot, Series, Style, format_number};
 use crate::stage;
 
 use super::super::references::{Grid, sine};
@@ -192,6 +192,24 @@ impl Discovery {
             "closed": found.closed(),
             "tracking_rms_um": { "baseline": self.rms_um[0], "extended": self.rms_um[1] },
         })
+    }
+
+    /// What the verdict of the page says about it.
+    pub(super) fn sentence(&self) -> String {
+        let found = &self.found;
+        let gap = match (found.baseline.report, found.extended.report) {
+            (Some(before), Some(after)) => format!(
+                "; on held-out records the rms goes from {} to {} um",
+                format_number(before),
+                format_number(after)
+            ),
+            _ => String::new(),
+        };
+        format!(
+            " In another stage hides {}; named: {}{gap}.",
+            self.truth.effects.join(", "),
+            self.named()
+        )
     }
 
     /// The lines of the summary on the terminal.

@@ -88,10 +88,13 @@ fn verdict(demonstration: &Demonstration) -> (Tone, String) {
         .tracking
         .iter()
         .all(|tracking| tracking.largest_um[1] < GOOD * tracking.largest_um[0]);
-    let text = format!(
+    let mut text = format!(
         "Compensation lowers the largest error {}.",
         parts.join(", and ")
     );
+    if let Some(discovery) = &demonstration.discovery {
+        text += &discovery.sentence();
+    }
     (if good { Tone::Good } else { Tone::Neutral }, text)
 }
 

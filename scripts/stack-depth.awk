@@ -29,7 +29,7 @@ BEGIN { exception = 4 * (8 + 18 + 1) }
         if (match(operands, /#[0-9]+/)) frame[at] += substr(operands, RSTART + 1, RLENGTH - 1)
         else fail("a frame of unknown size in " name[at])
     } else if (match(operands, /\[sp, #-[0-9]+\]!/)) {
-        frame[at] += substr(operands, RSTART + 6, RLENGTH - 8)
+        frame[at] += substr(operands, RSTART + 7, RLENGTH - 9)
     } else if (operation ~ /^blx/ && operands ~ /^r/ || operation ~ /^bx/ && operands !~ /^lr/) {
         if (name[at] ~ /link::server::Server>::(save|kept)$/) through_store[at] = 1
         else fail("a call through a register in " name[at])

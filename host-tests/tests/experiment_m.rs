@@ -13,7 +13,8 @@ const HIGHEST_HZ: u32 = 110;
 static FREQUENCIES_HZ: LazyLock<Vec<u32>> = LazyLock::new(|| {
     let whole = std::env::var_os("HYSTERON_WHOLE_SUITE").is_some();
     let named = [1, 14, 21, 23, 24, 26, 27];
-    let needed = |hz: &u32| whole || hz % 5 == 0 || (70..=80).contains(hz) || named.contains(hz);
+    let needed =
+        |hz: &u32| whole || hz.is_multiple_of(5) || (70..=80).contains(hz) || named.contains(hz);
     (1..=HIGHEST_HZ).filter(needed).collect()
 });
 

@@ -277,6 +277,31 @@ fn double_precision_is_the_core() {
     }
 }
 
+/// The same numbers as with the sample before in its place, through every map and the limit.
+#[test]
+fn a_sample_that_is_not_finite_is_the_one_before() {
+    let file = with_maps();
+    let folder = tempfile::tempdir().unwrap();
+    let good = drive(40.0);
+    let held = |k: usize| if k % 50 == 17 { good[k - 1] } else { good[k] };
+    let bad = |k: usize| match k % 150 {
+        17 => f64::NAN,
+        67 => f64::INFINITY,
+        117 => f64::NEG_INFINITY,
+        _ => good[k],
+    };
+    let input = |of: &dyn Fn(usize) -> f64| {
+        let lines = (0..good.len()).map(|k| format!("{:?} {:?}\n", of(k), 0.7 * of(k)));
+        lines.collect::<String>()
+    };
+    for language in [Language::C, Language::Rust] {
+        let program = build(folder.path(), &file, language, Precision::Double);
+        let [held, bad] = [run(&program, &input(&held)), run(&program, &input(&bad))];
+        assert_eq!(held.model, bad.model, "{language:?}");
+        assert_eq!(held.inverse, bad.inverse, "{language:?}");
+    }
+}
+
 /// Without a rate term model and inverse undo each other: no word of the core in it.
 #[test]
 fn the_inverse_undoes_the_model() {

@@ -210,12 +210,15 @@ pub fn emulated(
 ) -> Result<Outcome, Error> {
     let ran = each(seed, runs, done, &|seed| {
         let mut ran = one(start()?, seed)?;
+        if ran.failure.is_some() {
+            return Ok(ran);
+        }
         for failing in Failing::ALL {
             let key = failing.words().0;
             *ran.counts.entry(key).or_default() += 1;
             match failing.force(start()?, seed) {
                 Ok(samples) => ran.samples += samples,
-                Err(stop) => ran = failed(ran, seed, key, stop)?,
+                Err(stop) => return failed(ran, seed, key, stop),
             }
         }
         Ok(ran)

@@ -61,8 +61,15 @@ pub fn page(outcome: &Outcome) -> Page {
         page.section("What broke", |section| {
             section.list(outcome.failures.iter().map(|one| {
                 format!(
-                    "{}: {} (hysteron faults --seed {} --runs 1)",
-                    one.fault, one.what, one.seed
+                    "{}: {} (hysteron faults --seed {} --runs 1{})",
+                    one.fault,
+                    one.what,
+                    one.seed,
+                    if outcome.emulated {
+                        " --firmware ELF"
+                    } else {
+                        ""
+                    }
                 )
             }));
         });

@@ -235,8 +235,9 @@ pub(super) fn curvatures(model: &Exported<'_>) -> Vec<&'static str> {
 fn forward(model: &Exported<'_>) -> String {
     let limit = match model.effects().saturation {
         Some(_) => {
-            "    drive_v = drive_v < @P_LIMIT_V ? drive_v : @P_LIMIT_V;\n    \
-             drive_v = drive_v > -@P_LIMIT_V ? drive_v : -@P_LIMIT_V;\n"
+            "    if (drive_v - drive_v == 0) {\n        \
+             drive_v = drive_v < @P_LIMIT_V ? drive_v : @P_LIMIT_V;\n        \
+             drive_v = drive_v > -@P_LIMIT_V ? drive_v : -@P_LIMIT_V;\n    }\n"
         }
         None => "",
     };
@@ -282,10 +283,13 @@ fn inverse(model: &Exported<'_>) -> String {
     }
     format!(
         "
-/* Input of the inverse plays in V for a reference in um. */
+/* Input of the inverse plays in V for a reference in um; not finite where that is not. */
 static inline @T @p_unshape(@T reference_um)
 {{
     @T w = (reference_um - @P_OFFSET_UM) * @P_PER_GAIN_V_PER_UM;
+    if (!(w - w == 0)) {{
+        return w;
+    }}
 {maps}    return w;
 }}
 

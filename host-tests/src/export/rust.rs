@@ -200,8 +200,11 @@ fn forward(model: &Exported<'_>) -> String {
     let (limit, drive) = match limited {
         true => (
             "
-/// The drive within its limit.
+/// The drive within its limit; one that is not finite stays so.
 fn limit(drive_v: @T) -> @T {
+    if !drive_v.is_finite() {
+        return drive_v;
+    }
     let below = if drive_v < LIMIT_V { drive_v } else { LIMIT_V };
     if below > -LIMIT_V { below } else { -LIMIT_V }
 }
@@ -249,9 +252,12 @@ fn inverse(model: &Exported<'_>) -> String {
     }
     format!(
         "
-/// Input of the inverse plays in V for a reference in um.
+/// Input of the inverse plays in V for a reference in um; not finite where that is not.
 fn unshape(reference_um: @T) -> @T {{
     let w = (reference_um - OFFSET_UM) * PER_GAIN_V_PER_UM;
+    if !w.is_finite() {{
+        return w;
+    }}
 {maps}    w
 }}
 

@@ -95,7 +95,7 @@ fn all(target: &str, cases: u32, run: impl Fn(&[u8])) {
 
 #[test]
 fn link_frames_and_state_machine() {
-    all("link", 20_000, |script| {
+    all("link", 6_000, |script| {
         link::run(script);
     });
 }
@@ -103,11 +103,11 @@ fn link_frames_and_state_machine() {
 #[test]
 fn csv_files() {
     let folder = tempfile::tempdir().unwrap();
-    all("csv", 6_000, |bytes| csv::run(folder.path(), bytes));
+    all("csv", 2_000, |bytes| csv::run(folder.path(), bytes));
 }
 
 #[test]
 fn toml_files() {
     let folder = tempfile::tempdir().unwrap();
-    all("toml", 6_000, |bytes| toml::run(folder.path(), bytes));
+    all("toml", 2_000, |bytes| toml::run(folder.path(), bytes));
 }

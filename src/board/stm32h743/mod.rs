@@ -297,8 +297,10 @@ fn converter(adc: &pac::ADC1, common: &pac::ADC12_COMMON) {
     adc.cr().modify(|_, w| w.adcal().start_calibration());
     while adc.cr().read().adcal().bit_is_set() {}
     adc.isr().write(|w| w.adrdy().clear());
-    adc.cr().modify(|_, w| w.aden().enabled());
-    while adc.isr().read().adrdy().bit_is_clear() {}
+    // For four clocks of its own after a calibration the converter does not take this.
+    while adc.isr().read().adrdy().bit_is_clear() {
+        adc.cr().modify(|_, w| w.aden().enabled());
+    }
     // SAFETY: channel numbers as the reference manual has them.
     unsafe {
         adc.pcsel().write(|w| w.bits(1 << 16));

@@ -11,6 +11,7 @@ use hysteron::dac;
 use hysteron::link::{Answer, Command, FRAME_LEN, Message, Request, Server, decode, encode};
 use hysteron::settings::Settings;
 use hysteron::wiring::Memory;
+use hysteron_host::campaign::framed;
 
 /// Runs a script and gives the number of frames in it.
 pub fn run(script: &[u8]) -> u64 {
@@ -187,29 +188,4 @@ impl Target<'_> {
             other => panic!("no statistics but {other:?}"),
         }
     }
-}
-
-/// `COBS(version, body, CRC-32 of both) 0x00`, by the definitions of both.
-fn framed(version: u8, body: &[u8], spoilt: u32) -> Vec<u8> {
-    let mut plain = vec![version];
-    plain.extend_from_slice(body);
-    let sum = !plain.iter().fold(u32::MAX, |sum, &byte| {
-        (0..8).fold(sum ^ u32::from(byte), |sum, _| {
-            (sum >> 1) ^ if sum & 1 == 1 { 0xedb8_8320 } else { 0 }
-        })
-    });
-    plain.extend_from_slice(&(sum ^ spoilt).to_le_bytes());
-    let mut out = Vec::with_capacity(plain.len() + 4);
-    for block in plain.split(|&byte| byte == 0) {
-        let mut rest = block;
-        while rest.len() >= 254 {
-            out.push(255);
-            out.extend_from_slice(&rest[..254]);
-            rest = &rest[254..];
-        }
-        out.push(rest.len() as u8 + 1);
-        out.extend_from_slice(rest);
-    }
-    out.push(0);
-    out
 }

@@ -22,6 +22,7 @@ use serde_json::{Value, json};
 
 pub use failing::Failing;
 pub use kind::Kind;
+pub use line::framed;
 pub use page::page;
 pub use rig::{Rig, Stop, Subject};
 

@@ -83,20 +83,21 @@ pub struct Search {
 }
 
 impl Search {
-    /// Searches from a baseline.
+    /// Searches from a baseline, or from a richer core in its place.
     ///
     /// # Errors
     /// Numbers that the core refuses.
     pub fn run(
         ground: Ground,
         base: Candidate,
+        richer: Option<Candidate>,
         (noise, bar): ((f64, Source), f64),
         library: &[Effect],
         progress: &(dyn Fn(&str) + Sync),
     ) -> Result<Self, Error> {
         let best = Path {
             ground: ground.clone(),
-            found: base.clone(),
+            found: richer.unwrap_or_else(|| base.clone()),
             steps: Vec::new(),
         };
         let mut search = Self {

@@ -19,6 +19,9 @@ use super::search::{Candidate, Ground, rms};
 /// Least share of the excess on the report records that the effects must close.
 const CONFIRMED: f64 = 0.1;
 
+/// Most of what the baseline leaves over that elements beside the plays may leave to be searched beside.
+const OTHER_FAMILY: f64 = 0.6;
+
 /// What a diagnosis may do.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
@@ -62,7 +65,13 @@ pub fn diagnose(
             }
             _ => BAR,
         };
-        let search = Search::run(ground, base, (noise, bar), &options.library, progress)?;
+        let library = &options.library;
+        let mut search = Search::run(ground, base, None, (noise, bar), library, progress)?;
+        if !search.explains_all()
+            && let Some(other) = another_family(&search, (noise, bar), library, progress)?
+        {
+            search = other;
+        }
         let settled = search.explains_all();
         if best.as_ref().is_none_or(|best| search.better_than(best)) {
             best = Some(search);
@@ -79,6 +88,25 @@ pub fn diagnose(
         own_model::report(model, &ground, dataset, &mut found)?;
     }
     Ok(found)
+}
+
+/// What is found beside elements of Bouc and Wen, where these explain much that plays leave over, and
+/// where it explains more than was found without them.
+fn another_family(
+    search: &Search,
+    noise_and_bar: ((f64, Source), f64),
+    library: &[Effect],
+    progress: &(dyn Fn(&str) + Sync),
+) -> Result<Option<Search>, Error> {
+    progress("trying a hysteresis of another family");
+    let (ground, base) = (search.ground.clone(), search.base.clone());
+    let richer = ground.with_elements(&base)?;
+    let rms = |candidate: &Candidate| candidate.select.hypot(candidate.joint.rms);
+    if rms(&richer) > OTHER_FAMILY * rms(&base) {
+        return Ok(None);
+    }
+    let other = Search::run(ground, base, Some(richer), noise_and_bar, library, progress)?;
+    Ok(other.better_than(search).then_some(other))
 }
 
 /// The saturated baseline on each of the two kinds of histories, where both are likely.
@@ -140,6 +168,13 @@ impl Search {
             notes.push(
                 "The readings are whole steps apart. With quantisation in the model, a residual is what \
                  the prediction lies outside of the step that was read."
+                    .to_owned(),
+            );
+        }
+        if !self.best.found.joint.core.elements.is_empty() {
+            notes.push(
+                "The loops are no sum of plays: elements of Bouc and Wen stand beside them, and effects were \
+                 searched for beside both."
                     .to_owned(),
             );
         }

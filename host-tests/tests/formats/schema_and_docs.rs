@@ -5,7 +5,7 @@
 use std::path::{Path, PathBuf};
 
 use hysteron_host::discover::{self, blind};
-use hysteron_host::{dataset, model_file};
+use hysteron_host::{campaign, dataset, identify, model_file};
 
 use crate::support::Folder;
 
@@ -40,6 +40,8 @@ fn schemas_are_up_to_date() {
     check_schema("dataset.schema.json", &dataset::schema_text());
     check_schema("diagnosis.schema.json", &discover::schema_text());
     check_schema("blind.schema.json", &blind::schema_text());
+    check_schema("identification.schema.json", &identify::schema_text());
+    check_schema("faults.schema.json", &campaign::schema_text());
 }
 
 /// Every key of a schema, wherever it stands.
@@ -59,6 +61,9 @@ fn the_pages_name_every_key() {
     for (page, schema) in [
         ("model.md", model_file::schema_text()),
         ("dataset.md", dataset::schema_text()),
+        ("discovery.md", discover::schema_text()),
+        ("results.md", identify::schema_text()),
+        ("faults.md", campaign::schema_text()),
     ] {
         let text = std::fs::read_to_string(docs(page)).unwrap();
         let mut found = Vec::new();

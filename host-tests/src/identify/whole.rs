@@ -1,7 +1,7 @@
 //! A model scored on every sample of a data set that was condensed to be fitted.
 
-use crate::dataset::long::{Long, Whole};
 use crate::dataset::Role;
+use crate::dataset::long::{Long, Whole};
 use crate::error::Error;
 use crate::model_file::ModelFile;
 use crate::stage::{self, Chain};

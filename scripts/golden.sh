@@ -4,16 +4,17 @@
 #   golden.sh                 what needs neither measured data, an emulator nor minutes
 #   golden.sh data DATA       the mirror and the stack, from the folder of measured data
 #   golden.sh emulator ELF    faults in the emulator, of a firmware built with the feature qemu
+#   golden.sh counts          instructions in the emulator
 #   golden.sh blind [NAME]... the blind trials, all or those named
 # HYSTERON is the program and EXAMPLES the folder of the examples; by default both are built here.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-if [ -z "${HYSTERON:-}" ]; then
+if [ -z "${HYSTERON:-}" ] && [ "${1:-}" != counts ]; then
     cargo build --quiet --release --locked --package hysteron-host --bins --examples
     HYSTERON=${CARGO_TARGET_DIR:-target}/release/hysteron
 fi
-examples=${EXAMPLES:-$(dirname "$HYSTERON")/examples}
+examples=${EXAMPLES:-$(dirname "${HYSTERON:-}")/examples}
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
@@ -66,6 +67,10 @@ data)
     diagnosis found-stack "$2/piezo-stack-1hz"
     ;;
 emulator) campaign faults-emulator --runs 4 --firmware "$2" ;;
+counts)
+    scripts/bench-firmware.sh >docs/golden/bench-firmware.txt
+    scripts/count-bank-instructions.sh >docs/golden/bank-on-m4f.txt
+    ;;
 blind)
     shift
     [ $# -gt 0 ] || set -- tier1 tier2 tier3 tier4 none1 none3 left pairs
@@ -81,5 +86,5 @@ blind)
         trials "blind-$name" "${options[@]}"
     done
     ;;
-*) echo "golden.sh [data DATA | emulator ELF | blind [NAME]...]" >&2 && exit 2 ;;
+*) echo "golden.sh [data DATA | emulator ELF | counts | blind [NAME]...]" >&2 && exit 2 ;;
 esac

@@ -8,6 +8,7 @@ mod golden;
 mod beyond;
 mod blind;
 mod contents;
+mod counted;
 mod faults;
 mod page;
 mod paper_j;

@@ -1,5 +1,6 @@
 //! Every compensator on plants of another make: the claims of `docs/beyond.md`, on a thinned run.
 
+mod golden;
 mod page_figures;
 
 use std::sync::LazyLock;
@@ -206,4 +207,67 @@ fn page_and_json_say_the_same() {
     }
     assert!(html.contains("refused") && html.contains("no inverse"));
     assert!(html.len() < 2_000_000);
+}
+
+/// What the book quotes of it, at the references computed here: what is identified to a hundredth, what a
+/// plant 10 % off leaves to a twentieth.
+#[test]
+fn the_golden_output_is_what_it_says() {
+    let (json, golden) = (RESULTS.to_json(), golden::golden("beyond"));
+    let mut compared = 0;
+    let mut hold = |list: &str, keys: &[&str], tolerance: f64| {
+        for row in json[list].as_array().unwrap() {
+            let keys: Vec<_> = keys.iter().map(|&key| (key, row[key].clone())).collect();
+            golden::assert_near(row, golden::entry(&golden[list], &keys), tolerance);
+            compared += 1;
+        }
+    };
+    hold("sweep", &["plant", "shape", "frequency_hz"], 0.05);
+    hold("against_dim", &["frequency_hz"], 0.05);
+    hold("feedback", &["plant", "frequency_hz", "wrong"], 0.05);
+    hold("identified", &["plant"], 0.05);
+    assert_eq!(compared, 9 + 3 + 6 + 3);
+    golden::assert_near(&json["conditions"], &golden["conditions"], 1e-9);
+}
+
+/// Best and median of all references, from the errors of the golden output itself.
+#[test]
+fn golden_standings_are_those_of_its_sweep() {
+    let golden = golden::golden("beyond");
+    for standing in golden["standings"].as_array().unwrap() {
+        let of = |row: &&serde_json::Value| row["plant"] == standing["plant"];
+        let rows: Vec<_> = golden["sweep"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .filter(of)
+            .collect();
+        let um = |row: &serde_json::Value, compensator: &serde_json::Value| {
+            let found = golden::entry(&row["entries"], &[("compensator", compensator.clone())]);
+            found["identified"]["rms_um"]
+                .as_f64()
+                .unwrap_or(f64::INFINITY)
+        };
+        let ours = &standing["compensator"];
+        let mut errors: Vec<f64> = rows
+            .iter()
+            .map(|row| um(row, ours))
+            .filter(|um| um.is_finite())
+            .collect();
+        errors.sort_by(f64::total_cmp);
+        assert_eq!(
+            standing["median_rms_um"],
+            errors[errors.len() / 2],
+            "{standing}"
+        );
+        let best = rows.iter().filter(|row| {
+            let all = row["entries"].as_array().unwrap().iter();
+            let least = all
+                .map(|entry| um(row, &entry["compensator"]))
+                .fold(f64::INFINITY, f64::min);
+            um(row, ours) == least
+        });
+        assert_eq!(standing["best"], best.count(), "{standing}");
+        assert_eq!(standing["references"], rows.len());
+    }
 }

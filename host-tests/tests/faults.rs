@@ -3,6 +3,7 @@
 //! The part in the emulator runs by `scripts/check-firmware.sh`.
 
 mod firmware_rig;
+mod golden;
 
 use std::path::PathBuf;
 use std::process::Command as Program;
@@ -30,6 +31,7 @@ fn ten_thousand_faults_on_the_host() {
     println!("{} faults, {} samples", outcome.injected(), outcome.samples);
     held(&outcome, 110 * ROUNDS as u64);
     assert!(outcome.injected() >= 10_000);
+    assert_eq!(outcome.to_json(), golden::golden("faults"));
 }
 
 #[test]
@@ -45,6 +47,7 @@ fn hundreds_of_faults_in_the_emulator() {
         outcome.rows.len(),
         campaign::Kind::ALL.len() + Failing::ALL.len()
     );
+    assert_eq!(outcome.to_json(), golden::golden("faults-emulator"));
 }
 
 /// How a target is made to misbehave, for the judge to find.

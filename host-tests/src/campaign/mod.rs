@@ -6,6 +6,7 @@
 
 mod dice;
 mod failing;
+mod json;
 pub mod judge;
 mod kind;
 mod line;
@@ -18,9 +19,11 @@ mod rig;
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 pub use failing::Failing;
+pub use json::schema_text;
 pub use kind::Kind;
 pub use line::framed;
 pub use page::page;
@@ -33,11 +36,11 @@ use crate::pil::{Pair, Replica};
 pub const ROUNDS: usize = 4;
 
 /// Something that must hold and did not.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct Failure {
     /// Of the run: repeats it.
     pub seed: u64,
-    /// Key of the fault.
+    /// The kind.
     pub fault: &'static str,
     /// What happened, in words.
     pub what: String,
@@ -85,29 +88,6 @@ impl Outcome {
     /// Faults injected.
     pub fn injected(&self) -> u64 {
         self.rows.iter().map(|row| row.injected).sum()
-    }
-
-    /// For `faults.json`.
-    pub fn to_json(&self) -> Value {
-        let kinds: serde_json::Map<String, Value> = self
-            .rows
-            .iter()
-            .map(|row| (row.key.to_owned(), json!(row.injected)))
-            .collect();
-        let failures: Vec<Value> = self
-            .failures
-            .iter()
-            .map(|one| json!({"seed": one.seed, "fault": one.fault, "what": one.what}))
-            .collect();
-        json!({
-            "seed": self.seed,
-            "runs": self.runs,
-            "emulated": self.emulated,
-            "injected": self.injected(),
-            "samples": self.samples,
-            "kinds": kinds,
-            "failures": failures,
-        })
     }
 }
 

@@ -13,6 +13,8 @@ mod link;
 mod pil;
 mod progress;
 mod say;
+#[cfg(test)]
+mod shown;
 mod simulate;
 
 use clap::{Parser, Subcommand};

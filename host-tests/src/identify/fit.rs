@@ -20,7 +20,8 @@ use super::run::{Run, Runs, Span};
 const LEAST_WEIGHT_0: f64 = 0.1;
 
 /// How thresholds are parametrised.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, schemars::JsonSchema)]
+#[serde(rename_all = "lowercase")]
 pub enum Thresholds {
     /// Multiples of one spacing, `alpha_i = zeta i` (J 25).
     Spaced,

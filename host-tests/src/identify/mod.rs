@@ -16,6 +16,7 @@ pub mod catalogue;
 pub(crate) mod cycles;
 mod fit;
 pub(crate) mod joint;
+mod json;
 mod map;
 pub(crate) mod noise;
 mod outcome;
@@ -31,6 +32,7 @@ mod whole;
 
 pub use catalogue::Effect;
 pub use fit::Thresholds;
+pub use json::schema_text;
 pub use noise::Source;
 pub use outcome::{Identification, RecordFigures, Rms, joint_model};
 pub use page::page;

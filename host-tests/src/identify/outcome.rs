@@ -1,6 +1,7 @@
 //! What an identification found: the model, its figures, and what they rest on.
 
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use crate::dataset::{Dataset, LengthUnit, Role};
 use crate::error::Error;
@@ -26,8 +27,8 @@ pub(super) struct Findings {
     pub noise: Option<(f64, Source)>,
 }
 
-/// Rms residual of each role in micrometres; `None` where no record has the role.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Rms residual of each role, in micrometres where nothing else is said; none where no record has the role.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Rms {
     /// Records for fitting.
     pub fit: Option<f64>,
@@ -35,6 +36,18 @@ pub struct Rms {
     pub select: Option<f64>,
     /// Records scored once.
     pub report: Option<f64>,
+}
+
+impl Rms {
+    /// The same in another unit.
+    pub(super) fn in_unit(&self, unit: LengthUnit) -> Self {
+        let length = |um: Option<f64>| um.map(|um| unit.from_um(um));
+        Self {
+            fit: length(self.fit),
+            select: length(self.select),
+            report: length(self.report),
+        }
+    }
 }
 
 /// How the model explains one record.
@@ -252,52 +265,6 @@ impl Identification {
         }
         notes.extend(self.condensed.iter().cloned());
         notes
-    }
-
-    /// The contents of `identification.json`; lengths in the unit of the data set, parameters under
-    /// the keys and in the units of `model.toml`.
-    pub fn to_json(&self) -> Value {
-        let length = |um: f64| self.unit.from_um(um);
-        let rms = |rms: &Rms| {
-            json!({
-                "fit": rms.fit.map(length),
-                "select": rms.select.map(length),
-                "report": rms.report.map(length),
-            })
-        };
-        let records: Vec<Value> = self
-            .records
-            .iter()
-            .map(|record| {
-                json!({
-                    "name": record.name,
-                    "role": record.role,
-                    "rms": length(record.rms_um),
-                    "offset": length(record.offset_um),
-                    "initial_state": record.start,
-                    "left_out_s": record.left_out_s,
-                })
-            })
-            .collect();
-        json!({
-            "name": self.name,
-            "unit": self.unit.symbol(),
-            "noise_floor": self.noise.map(|(rms, _)| length(rms)),
-            "noise_floor_source": self.noise.map(|(_, source)| source),
-            "rms": rms(&self.rms),
-            "straight_line_rms": rms(&self.line_rms),
-            "parameters": self.model.parameters(),
-            "plays": self.model.hysteresis().map_or(0, |h| h.thresholds_v.len()),
-            "thresholds": match self.thresholds {
-                Thresholds::Spaced => "spaced",
-                Thresholds::Free => "free",
-                Thresholds::Fixed => "fixed",
-            },
-            "beta_fitted": self.beta_fitted,
-            "frequency_span": self.frequency_span,
-            "records": records,
-            "whole": self.whole.as_ref().map(|whole| whole.to_json(self.unit)),
-        })
     }
 }
 

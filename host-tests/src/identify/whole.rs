@@ -1,9 +1,7 @@
 //! A model scored on every sample of a data set that was condensed to be fitted.
 
-use serde_json::{Value, json};
-
+use crate::dataset::Role;
 use crate::dataset::long::{Long, Whole};
-use crate::dataset::{LengthUnit, Role};
 use crate::error::Error;
 use crate::model_file::ModelFile;
 use crate::stage::{self, Chain};
@@ -22,19 +20,6 @@ pub struct WholeRms {
     pub samples: u64,
     /// Rms residuals in micrometres.
     pub rms: Rms,
-}
-
-impl WholeRms {
-    /// For the JSON of an identification or a diagnosis, in the data set's unit.
-    pub fn to_json(&self, unit: LengthUnit) -> Value {
-        let length = |um: Option<f64>| um.map(|um| unit.from_um(um));
-        json!({
-            "samples": self.samples,
-            "fit": length(self.rms.fit),
-            "select": length(self.rms.select),
-            "report": length(self.rms.report),
-        })
-    }
 }
 
 /// Count, sum and sum of squares of what a role's samples leave over.

@@ -2,10 +2,11 @@
 //!
 //! With `HYSTERON_BLESS=1` in the environment the schemas under `docs/` are written anew.
 
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use hysteron_host::discover::{self, blind};
-use hysteron_host::{dataset, model_file};
+use hysteron_host::{campaign, dataset, identify, model_file};
 
 use crate::support::Folder;
 
@@ -40,6 +41,8 @@ fn schemas_are_up_to_date() {
     check_schema("dataset.schema.json", &dataset::schema_text());
     check_schema("diagnosis.schema.json", &discover::schema_text());
     check_schema("blind.schema.json", &blind::schema_text());
+    check_schema("identification.schema.json", &identify::schema_text());
+    check_schema("faults.schema.json", &campaign::schema_text());
 }
 
 /// Every key of a schema, wherever it stands.
@@ -59,14 +62,22 @@ fn the_pages_name_every_key() {
     for (page, schema) in [
         ("model.md", model_file::schema_text()),
         ("dataset.md", dataset::schema_text()),
+        ("discovery.md", discover::schema_text()),
+        ("blind.md", blind::schema_text()),
+        ("results.md", identify::schema_text()),
+        ("faults.md", campaign::schema_text()),
     ] {
         let text = std::fs::read_to_string(docs(page)).unwrap();
         let mut found = Vec::new();
         keys(&serde_json::from_str(&schema).unwrap(), &mut found);
         assert!(found.len() > 6, "{found:?}");
+        // `gap.unit` names both.
+        let spans = text.split('`').skip(1).step_by(2);
+        let of_key = |c: char| c.is_ascii_alphanumeric() || "_-".contains(c);
+        let words: HashSet<&str> = spans.flat_map(|span| span.split(|c| !of_key(c))).collect();
         for key in found {
             assert!(
-                text.contains(&format!("`{key}`")),
+                words.contains(key.as_str()),
                 "docs/{page} does not explain `{key}`"
             );
         }

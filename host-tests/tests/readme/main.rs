@@ -57,6 +57,29 @@ fn links_lead_somewhere() {
     assert!(links > 50, "{links}");
 }
 
+/// Every key of demo.json; the other files have schemas or lists of their own.
+#[test]
+fn the_book_names_every_key_of_the_demonstration() {
+    fn keys(value: &serde_json::Value, found: &mut Vec<String>) {
+        match value {
+            serde_json::Value::Object(fields) => {
+                found.extend(fields.keys().cloned());
+                fields.values().for_each(|value| keys(value, found));
+            }
+            serde_json::Value::Array(items) => items.iter().for_each(|value| keys(value, found)),
+            _ => {}
+        }
+    }
+    let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/results.md");
+    let page = fs::read_to_string(docs).unwrap();
+    let mut found = Vec::new();
+    keys(&page_and_json("out/demo", "demo.json").1, &mut found);
+    assert!(found.len() > 15, "{found:?}");
+    for key in found {
+        assert!(page.contains(&format!("`{key}`")), "{key}");
+    }
+}
+
 fn page_and_json(folder: &str, json: &str) -> (String, serde_json::Value) {
     let folder = TOUR.0.path().join(folder);
     let text = fs::read_to_string(folder.join(json)).unwrap();

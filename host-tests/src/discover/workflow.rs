@@ -12,7 +12,7 @@ use super::bootstrap;
 use super::diagnosis::{
     Diagnosis, FoundEffect, RecordResiduals, Residuals, Roles, Verdict, excess,
 };
-use super::naming::{BAR, Search, WORTH};
+use super::naming::{BAR, Path, Search, WORTH};
 use super::own_model;
 use super::search::{Candidate, Ground, rms};
 
@@ -90,8 +90,8 @@ pub fn diagnose(
     Ok(found)
 }
 
-/// What is found beside elements of Bouc and Wen, where these explain much that plays leave over, and
-/// where it explains more than was found without them.
+/// What is found beside elements of Bouc and Wen, or on from what was found without them, where these
+/// explain much of what is left over; the search that explains most, if it is one of these.
 fn another_family(
     search: &Search,
     noise_and_bar: ((f64, Source), f64),
@@ -99,14 +99,33 @@ fn another_family(
     progress: &(dyn Fn(&str) + Sync),
 ) -> Result<Option<Search>, Error> {
     progress("trying a hysteresis of another family");
-    let (ground, base) = (search.ground.clone(), search.base.clone());
-    let richer = ground.with_elements(&base)?;
     let rms = |candidate: &Candidate| candidate.select.hypot(candidate.joint.rms);
-    if rms(&richer) > OTHER_FAMILY * rms(&base) {
-        return Ok(None);
+    let bare = Path {
+        ground: search.ground.clone(),
+        found: search.base.clone(),
+        steps: Vec::new(),
+    };
+    // Steps of the reading come last, once all else is known.
+    let steps = &search.best.steps;
+    let read = steps.iter().any(|step| step.effect == Effect::Quantisation);
+    let with_effects = (!steps.is_empty() && !read).then(|| search.best.clone());
+    let mut best: Option<Search> = None;
+    for mut start in [Some(bare), with_effects].into_iter().flatten() {
+        let richer = start.ground.with_elements(&start.found)?;
+        if rms(&richer) > OTHER_FAMILY * rms(&start.found) {
+            continue;
+        }
+        start.found = richer;
+        let (ground, base) = (search.ground.clone(), search.base.clone());
+        let other = Search::run(ground, base, Some(start), noise_and_bar, library, progress)?;
+        if other.better_than(best.as_ref().unwrap_or(search)) {
+            best = Some(other);
+        }
+        if best.as_ref().is_some_and(Search::explains_all) {
+            break;
+        }
     }
-    let other = Search::run(ground, base, Some(richer), noise_and_bar, library, progress)?;
-    Ok(other.better_than(search).then_some(other))
+    Ok(best)
 }
 
 /// The saturated baseline on each of the two kinds of histories, where both are likely.

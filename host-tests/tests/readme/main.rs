@@ -33,30 +33,6 @@ fn the_readme_shows_what_happens() {
     assert!(TOUR.1 >= 5, "{} commands with output", TOUR.1);
 }
 
-/// Links of README.md, the changelog and the pages of docs/ to files of the project.
-#[test]
-fn links_lead_somewhere() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-    let docs = fs::read_dir(root.join("docs")).unwrap();
-    let mut pages: Vec<_> = docs.map(|entry| entry.unwrap().path()).collect();
-    pages.retain(|path| path.extension().is_some_and(|ending| ending == "md"));
-    pages.extend(["README.md", "CHANGELOG.md", "CONTRIBUTING.md"].map(|name| root.join(name)));
-    let mut links = 0;
-    for page in pages {
-        let text = fs::read_to_string(&page).unwrap();
-        for link in text.split("](").skip(1) {
-            let target = link.split([')', '#']).next().unwrap();
-            if target.is_empty() || target.contains("://") || target.contains(char::is_whitespace) {
-                continue;
-            }
-            let path = page.parent().unwrap().join(target);
-            assert!(path.exists(), "{}: {target}", page.display());
-            links += 1;
-        }
-    }
-    assert!(links > 50, "{links}");
-}
-
 /// Every key of demo.json; the other files have schemas or lists of their own.
 #[test]
 fn the_book_names_every_key_of_the_demonstration() {

@@ -33,7 +33,9 @@ const FEW: usize = 6;
 /// How much closer thresholds lie to each other near zero: the power of an even spread.
 const CROWDING: f64 = 1.3;
 
-/// Thresholds over the widest that shows in every loop.
+/// Most of what is left over that plays wider than every loop may leave to be kept.
+const WIDE: f64 = 0.9;
+/// Their thresholds, over the widest that shows in every loop.
 const BEYOND: [f64; 7] = [1.06, 1.12, 1.25, 1.4, 1.6, 1.85, 2.1];
 
 /// Share of the drive's range below which a record rests.
@@ -78,7 +80,7 @@ pub fn saturate(
     let fit = JointFit::new(runs);
     best.rms = fit.rms(&best.core, &best.terms, Role::Fit)?;
     fit.settle(&mut best, SETTLED.0)?;
-    Ok(best)
+    with_wide_plays(&fit, best)
 }
 
 fn terms(runs: &Runs, baseline: &Baseline) -> Terms {
@@ -99,16 +101,33 @@ fn fitted(fit: &JointFit<'_>, thresholds: Vec<f64>, terms: Terms) -> Result<Join
     Ok(joint)
 }
 
-/// Thresholds that lie closer together near zero, and those of plays that move only while the first
-/// records lead them away from zero, where these are known.
+/// Thresholds that lie closer together near zero.
 pub fn crowded(fit: &JointFit<'_>, plays: usize) -> Vec<f64> {
     let widest = fit.seen().threshold_v;
-    let within = (1..=plays).map(|i| (i as f64 / plays as f64).powf(CROWDING));
-    within
-        .chain(BEYOND)
-        .map(|share| widest * share)
-        .filter(|&r| r <= widest || r < fit.widest())
+    (1..=plays)
+        .map(|i| widest * (i as f64 / plays as f64).powf(CROWDING))
         .collect()
+}
+
+/// The model with plays that move only while the first records lead them away from zero, where these are
+/// known and it leaves that much less.
+fn with_wide_plays(fit: &JointFit<'_>, joint: Joint) -> Result<Joint, Error> {
+    let beyond = BEYOND.map(|share| share * fit.seen().threshold_v);
+    let beyond: Vec<f64> = beyond.into_iter().filter(|&r| r < fit.widest()).collect();
+    if beyond.is_empty() {
+        return Ok(joint);
+    }
+    let mut thresholds = joint.core.thresholds.clone();
+    thresholds.extend(beyond);
+    let wide = fitted(fit, thresholds, joint.terms.clone())?;
+    let (before, after) = (judged(fit, &joint)?, judged(fit, &wide)?);
+    Ok(
+        if after.max(wide.rms / joint.rms * before) < WIDE * before {
+            wide
+        } else {
+            joint
+        },
+    )
 }
 
 /// What a structure is chosen by: the rms on the select records, or where there are none and none

@@ -73,14 +73,14 @@ counts)
     ;;
 blind)
     shift
-    [ $# -gt 0 ] || set -- tier1 tier2 tier3 tier4 none1 none3 left pairs
+    [ $# -gt 0 ] || set -- tier{1,2,3,4} none{1,2,3,4} left pairs triples
     for name; do
         case $name in
         tier?) options=(--cases 80 --tier "${name#tier}" --seed 9001) ;;
-        none1) options=(--cases 60 --tier 1 --none-share 1 --seed 9201) ;;
-        none3) options=(--cases 60 --tier 3 --none-share 1 --seed 9301) ;;
+        none?) options=(--cases 300 --tier "${name#none}" --none-share 1 --seed "9${name#none}000") ;;
         left) options=(--cases 95 --tier 1 --none-share 0 --leave-out --seed 9601) ;;
         pairs) options=(--cases 40 --tier 1 --effects 2 --none-share 0 --seed 9401) ;;
+        triples) options=(--cases 24 --tier 1 --effects 3 --none-share 0 --seed 9501) ;;
         *) echo "no blind trials $name" >&2 && exit 2 ;;
         esac
         trials "blind-$name" "${options[@]}"

@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! drive -> saturation -> slew limit -> amplifier lag -> transport delay
-//!       -> Psi, with its rate law and congruency -> Lambda -> quadratic -> cubic -> backlash
+//!       -> Psi, with its rate law, elements and congruency -> Lambda -> quadratic -> cubic -> backlash
 //!       -> mechanical modes -> creep -> output quadratic -> gain and offset
 //!       -> interleaving -> sensor lag -> + drift -> + mains hum -> quantisation -> displacement
 //! ```
@@ -29,6 +29,7 @@ use crate::effect::resonance::{Resonance, ResonanceState};
 use crate::effect::saturation::Saturation;
 use crate::effect::slew_limit::{SlewLimit, SlewState};
 use crate::hysteresis::State;
+use crate::hysteresis::elements::{Elements, ElementsState};
 use crate::math::Real;
 use crate::model::Model;
 
@@ -52,6 +53,8 @@ pub struct Effects<T> {
     pub transport_delay: Option<Delay<T, DELAY_SPAN>>,
     /// Power law of the rate in the hysteresis, whose beta then counts in `V (s/V)^p`.
     pub rate_law: Option<RatePower<T>>,
+    /// Elements of Bouc and Wen beside the plays.
+    pub elements: Elements<T>,
     /// Plays that count for more where the output is large.
     pub congruency: Option<Congruency<T>>,
     /// Even curvature.
@@ -105,6 +108,7 @@ pub struct ChainState<T, const N: usize> {
     amplifier_lag: Option<LagState<T>>,
     transport_delay: Option<DelayState<T, DELAY_SPAN>>,
     hysteresis: State<T, N>,
+    elements: ElementsState<T>,
     backlash: Option<BacklashState<T>>,
     resonances: [Option<ResonanceState<T>>; MODES],
     creep: Option<CreepState<T, CREEP_DECADES>>,
@@ -140,8 +144,9 @@ impl<T: Real, const N: usize, const M: usize> Chain<T, N, M> {
     pub fn start_from(&self, first: T, hysteresis: State<T, N>) -> ChainState<T, N> {
         let effects = &self.effects;
         let drive = self.limit(first);
-        let mut settled = hysteresis;
-        let w = self.bend(self.core(&mut settled, drive));
+        let elements = effects.elements.start();
+        let mut settled = (hysteresis, elements);
+        let w = self.bend(self.core(&mut settled.0, &mut settled.1, drive));
         let moved = match &effects.output_quadratic {
             Some(quadratic) => quadratic.step(w),
             None => w,
@@ -157,6 +162,7 @@ impl<T: Real, const N: usize, const M: usize> Chain<T, N, M> {
             amplifier_lag: effects.amplifier_lag.map(|lag| lag.start(drive)),
             transport_delay: effects.transport_delay.map(|delay| delay.start(drive)),
             hysteresis,
+            elements,
             backlash: effects.backlash.map(|gap| gap.start(w)),
             resonances: effects
                 .resonances
@@ -183,7 +189,7 @@ impl<T: Real, const N: usize, const M: usize> Chain<T, N, M> {
         if let (Some(delay), Some(at)) = (&effects.transport_delay, &mut state.transport_delay) {
             u = delay.step(at, u);
         }
-        let mut w = self.bend(self.core(&mut state.hysteresis, u));
+        let mut w = self.bend(self.core(&mut state.hysteresis, &mut state.elements, u));
         if let (Some(gap), Some(at)) = (&effects.backlash, &mut state.backlash) {
             w = gap.step(at, w);
         }
@@ -210,17 +216,25 @@ impl<T: Real, const N: usize, const M: usize> Chain<T, N, M> {
         }
     }
 
-    /// The hysteresis with its rate law and congruency.
+    /// The hysteresis with its rate law, elements and congruency.
     #[inline(always)]
-    fn core(&self, state: &mut State<T, N>, u: T) -> T {
+    fn core(&self, state: &mut State<T, N>, elements: &mut ElementsState<T>, u: T) -> T {
         let operator = self.model.hysteresis();
-        let w = match &self.effects.rate_law {
-            Some(law) => {
-                let rate = (u - state.previous()) / operator.sample_time();
-                operator.step_with_rate(state, u, law.step(rate))
-            }
-            None => operator.step(state, u),
+        let rate = self.effects.rate_law.as_ref().map(|law| {
+            let rate = (u - state.previous()) / operator.sample_time();
+            law.step(rate)
+        });
+        let added = if self.effects.elements.is_empty() {
+            T::ZERO
+        } else {
+            let envelope = operator.envelope(state, u, rate);
+            self.effects.elements.step(elements, u, envelope)
         };
+        let w = added
+            + match rate {
+                Some(rate) => operator.step_with_rate(state, u, rate),
+                None => operator.step(state, u),
+            };
         match &self.effects.congruency {
             Some(congruency) => {
                 let direct = operator.weight_0() * u;

@@ -101,6 +101,12 @@ pub enum Field {
     ThirdPhase,
     /// Step of a quantisation.
     Step,
+    /// Growth of an element of Bouc and Wen.
+    Grow,
+    /// Shape of an element of Bouc and Wen.
+    Shape,
+    /// Elements of Bouc and Wen.
+    Elements,
 }
 
 impl Field {
@@ -154,6 +160,9 @@ impl Field {
             Self::ThirdAmplitude => "third_amplitude",
             Self::ThirdPhase => "third_phase_rad",
             Self::Step => "step",
+            Self::Grow => "grow_per_v",
+            Self::Shape => "shape_per_v",
+            Self::Elements => "bouc-wen",
         }
     }
 }

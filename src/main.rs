@@ -42,7 +42,8 @@ mod app {
         bytes: Bytes = Bytes::new(),
     ])]
     fn init(cx: init::Context) -> (Shared, Local) {
-        let saved = cx.local.saved.insert(Store::new(Hardware::flash()));
+        let flash = Hardware::flash().expect("taken once");
+        let saved = cx.local.saved.insert(Store::new(flash));
         let boot = Boot::load(saved).expect("the default settings are valid");
         let (mut board, samples) = Hardware::start(&boot.valid);
         let connected = cx.local.memory.connect_kept(boot, Some(saved));

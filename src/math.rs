@@ -48,12 +48,16 @@ pub trait Real:
     fn rough_reciprocal(self) -> Self;
     /// To the power of `exponent`, for numbers of zero or more.
     fn powf(self, exponent: Self) -> Self;
+    /// `e^self - 1`.
+    fn exp_m1(self) -> Self;
+    /// Natural logarithm of `1 + self`.
+    fn ln_1p(self) -> Self;
 }
 
 macro_rules! real {
     // The guess: subtracting the bits of a number from this constant turns its exponent's sign, and is
     // off by 12 % at most.
-    ($float:ident, $powf:path, $guess:expr) => {
+    ($float:ident, $powf:path, $exp_m1:path, $ln_1p:path, $guess:expr) => {
         impl Real for $float {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
@@ -89,12 +93,24 @@ macro_rules! real {
             fn powf(self, exponent: Self) -> Self {
                 $powf(self, exponent)
             }
+            fn exp_m1(self) -> Self {
+                $exp_m1(self)
+            }
+            fn ln_1p(self) -> Self {
+                $ln_1p(self)
+            }
         }
     };
 }
 
-real!(f32, libm::powf, 0x7ef3_11c7_u32);
-real!(f64, libm::pow, 0x7fde_6238_22fc_16e6_u64);
+real!(f32, libm::powf, libm::expm1f, libm::log1pf, 0x7ef3_11c7_u32);
+real!(
+    f64,
+    libm::pow,
+    libm::expm1,
+    libm::log1p,
+    0x7fde_6238_22fc_16e6_u64
+);
 
 /// The smaller of two numbers; a NaN in `a` yields `b`.
 ///

@@ -2,6 +2,7 @@
 //! that is read again as it was written.
 
 use std::fs;
+use std::io;
 use std::path::Path;
 
 use hysteron_host::dataset::Dataset;
@@ -18,7 +19,7 @@ pub fn run(folder: &Path, bytes: &[u8]) {
         2 => b"time_ms,reference_nm\n",
         _ => b"time_s,drive_v,displacement_um\n",
     };
-    if fs::write(&file, [header, content].concat()).is_err() {
+    if put(&file, &[header, content].concat()).is_err() {
         return;
     }
     for (quantity, name) in [
@@ -58,8 +59,14 @@ fn again(folder: &Path, name: &str, quantity: Quantity, signal: &signals::Signal
     let columns = [("time_s", &signal.time_s[..]), (name, &signal.values[..])];
     let mut text = Vec::new();
     signals::write(&mut text, &Place::file(&file), &columns).unwrap();
-    fs::write(&file, text).unwrap();
+    put(&file, &text).unwrap();
     assert_eq!(&signals::read(&file, quantity).unwrap(), signal);
+}
+
+/// A new file each time: some file systems write one that is overwritten to the disk at once.
+fn put(file: &Path, bytes: &[u8]) -> io::Result<()> {
+    let _ = fs::remove_file(file);
+    fs::write(file, bytes)
 }
 
 fn one_line(message: &str) {

@@ -14,6 +14,8 @@ use hysteron_host::{model_file, stage};
 pub fn run(folder: &Path, bytes: &[u8]) {
     let (kind, content) = bytes.split_first().unwrap_or((&0, &[]));
     let file = folder.join("any.toml");
+    // A new file: some file systems write one that is overwritten to the disk at once.
+    let _ = fs::remove_file(&file);
     if fs::write(&file, content).is_err() {
         return;
     }

@@ -1,13 +1,13 @@
 //! Writes a long record of a simulated stage as one CSV, sample by sample: a sine of changing
-//! amplitude at 20 kHz, the displacement with noise and hum.
+//! amplitude at 20 kHz, the displacement with noise and hum. The file is there once it is complete.
 //!
 //! `cargo run --release --example long_record -- SAMPLES HERTZ HUM_UM FILE`
 
 use std::env;
 use std::f64::consts::TAU;
-use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::Write;
 
+use hysteron_host::output::{AtomicFile, remove_unfinished_on_interrupt};
 use hysteron_host::plant::{Reconstruction, Sensor, Stage};
 
 const SAMPLE_TIME_S: f64 = 5e-5;
@@ -31,7 +31,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ..Stage::p753()
     };
     let mut plant = stage.start(SAMPLE_TIME_S, 0.0)?;
-    let mut out = BufWriter::with_capacity(1 << 20, File::create(file)?);
+    remove_unfinished_on_interrupt()?;
+    let mut out = AtomicFile::create(file)?;
     writeln!(out, "time_s,drive_v,displacement_um")?;
     for k in 0..samples {
         let time = k as f64 * SAMPLE_TIME_S;
@@ -42,6 +43,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let displacement = plant.step(drive)? + hum;
         writeln!(out, "{time:.5},{drive:.5},{displacement:.5}")?;
     }
-    out.flush()?;
+    out.commit()?;
     Ok(())
 }

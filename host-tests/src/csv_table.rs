@@ -30,7 +30,7 @@ impl CsvTable {
                 .io_error("cannot read", "check the path and its permissions", source)
         };
         if path.is_dir() {
-            return Err(place.error("is a folder; name a CSV file"));
+            return Err(place.error("is a folder; name a CSV, .npz or .npy file"));
         }
         let file = File::open(path).map_err(unreadable)?;
         Self::from_reader(Box::new(file), place)

@@ -62,8 +62,8 @@ pub fn model(file: &ModelFile, sample_time_s: f64) -> Result<Model, Error> {
 /// The inverse of [`model`].
 ///
 /// # Errors
-/// As [`model`], parameters of the inverse that leave the range of numbers, a rate law or a congruency,
-/// which only the [`cascade`] undoes.
+/// As [`model`], parameters of the inverse that leave the range of numbers, a rate law, a congruency
+/// or elements, which only the [`cascade`] undoes.
 pub fn compensator(file: &ModelFile, sample_time_s: f64) -> Result<Compensator, Error> {
     plain_core(file)?;
     model(file, sample_time_s)?

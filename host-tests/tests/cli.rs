@@ -18,6 +18,29 @@ fn fixture(name: &str) -> PathBuf {
         .join(name)
 }
 
+/// A seed from the clock is lost with the run, unless the error tells it.
+#[test]
+fn a_demonstration_that_fails_tells_its_seed() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("out")).unwrap();
+    fs::write(folder.path().join("out/data"), "in the way").unwrap();
+    let said = |arguments: &[&str]| {
+        let done = hysteron(arguments, folder.path());
+        assert_eq!(done.status.code(), Some(2));
+        String::from_utf8(done.stderr).unwrap()
+    };
+    let drawn = said(&["demo", "--out", "out"]);
+    assert_eq!(drawn.lines().count(), 1, "{drawn}");
+    let (_, after) = drawn.split_once("`hysteron demo --seed ").unwrap();
+    let seed: u64 = after.split('`').next().unwrap().parse().unwrap();
+    assert!(drawn.contains(&format!("the seed drawn was {seed}")));
+    let named = said(&["demo", "--seed", "3", "--out", "out"]);
+    assert!(
+        named.contains("name a folder") && !named.contains("drawn"),
+        "{named}"
+    );
+}
+
 /// The columns of a CSV of numbers, by name.
 fn columns(text: &str) -> Vec<(String, Vec<f64>)> {
     let mut lines = text.lines();

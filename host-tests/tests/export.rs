@@ -210,11 +210,13 @@ fn with_maps() -> ModelFile {
     )
 }
 
-/// Curvatures so strong that the drive leads onto their tangents.
+/// Curvatures so strong that the drive leads onto their tangents, behind an asymmetry with an empty list.
 fn with_tangents() -> ModelFile {
     parsed(
         "[[stage]]\nname = \"hysteresis\"\nthresholds_v = [3.0, 8.0]\nweights = [0.7, 0.2, 0.1]\n\
          beta_s = 2e-4\n\
+         [[stage]]\nname = \"asymmetry\"\nthresholds = { positive = [], negative = [7.0] }\n\
+         slopes = { positive = [1.0], negative = [0.9, 0.15] }\n\
          [[stage]]\nname = \"quadratic\"\nq = 0.02\n\
          [[stage]]\nname = \"cubic\"\nc = -1e-3\n",
     )
@@ -408,6 +410,15 @@ fn what_is_not_written_is_refused_by_name() {
         told.contains("stage rate-law changes what the hysteresis"),
         "{told}"
     );
+    // An array of no entries, which C forbids, is never written: there is no such operator.
+    let no_plays = parsed(
+        "[[stage]]\nname = \"hysteresis\"\nthresholds_v = []\nweights = [0.8]\nbeta_s = 0.0\n",
+    );
+    for language in [Language::C, Language::Rust] {
+        options.language = language;
+        let told = export(&no_plays, &options).unwrap_err().to_string();
+        assert!(told.contains("thresholds_v: wrong number"), "{told}");
+    }
     options.prefix = "7up".to_owned();
     let told = export(&parsed(stage), &options).unwrap_err().to_string();
     assert!(told.contains("\"7up\" is no prefix"), "{told}");

@@ -11,6 +11,8 @@ use proptest::test_runner::{RngSeed, TestRunner};
 mod csv;
 #[path = "../../fuzz/targets/link.rs"]
 mod link;
+#[path = "../../fuzz/targets/numpy.rs"]
+mod numpy;
 #[path = "../../fuzz/targets/toml.rs"]
 mod toml;
 
@@ -104,6 +106,23 @@ fn link_frames_and_state_machine() {
 fn csv_files() {
     let folder = tempfile::tempdir().unwrap();
     all("csv", 2_000, |bytes| csv::run(folder.path(), bytes));
+}
+
+/// A header may say that there are more numbers than any memory holds.
+#[test]
+fn numpy_files() {
+    let folder = tempfile::tempdir().unwrap();
+    all("numpy", 2_000, |bytes| numpy::run(folder.path(), bytes));
+    #[cfg(target_os = "linux")]
+    {
+        let status = fs::read_to_string("/proc/self/status").unwrap();
+        let peak = status.lines().find_map(|line| line.strip_prefix("VmPeak:"));
+        let kib: u64 = peak
+            .and_then(|peak| peak.split_whitespace().next()?.parse().ok())
+            .unwrap();
+        // The threads of the other tests reserve some of it.
+        assert!(kib < 1 << 20, "{kib} KiB");
+    }
 }
 
 #[test]

@@ -7,7 +7,10 @@ use std::path::Path;
 use std::process::Command;
 
 use hysteron_host::dataset::{Dataset, Role, long};
+use hysteron_host::identify::whole;
+use hysteron_host::output::AtomicFile;
 use hysteron_host::plant::{Sensor, Stage};
+use hysteron_host::{model_file, stage};
 
 const STEP_S: f64 = 1e-4;
 
@@ -63,6 +66,46 @@ fn means_are_means() {
     let whole: Vec<_> = long.files().collect();
     assert_eq!(whole[0].samples, 40_000);
     assert_eq!(whole[0].roles[1], (Role::Select, 24_000..32_000));
+}
+
+/// The first cycle is left out of a whole record's rms however long it is, and kept where none follows.
+#[test]
+fn the_first_cycle_is_not_scored() {
+    let model = model_file::builtin("p753").unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("sine.npy");
+    let chain = stage::chain(&model, STEP_S).unwrap();
+    // A sine turns after a quarter and three quarters of its period.
+    for (samples, period, first) in [
+        (200_000, 100_000, 75_000),
+        (100_000, 1_000, 750),
+        (100_000, 80_000, 0),
+    ] {
+        let time: Vec<f64> = (0..samples).map(|k| k as f64 * STEP_S).collect();
+        let phase = |k: usize| (k % period) as f64 / period as f64;
+        let drive: Vec<f64> = (0..samples)
+            .map(|k| 30.0 * (TAU * phase(k)).sin())
+            .collect();
+        let mut state = chain.start(drive[0]);
+        let mut length: Vec<f64> = drive.iter().map(|&u| chain.step(&mut state, u)).collect();
+        // Of which the score must know nothing, unless nothing is left out.
+        length[first * 9 / 10..first]
+            .iter_mut()
+            .for_each(|y| *y += 7.0);
+        let mut out = AtomicFile::create(&file).unwrap();
+        let columns: [(&str, &[f64]); 3] = [
+            ("time_s", &time),
+            ("drive_v", &drive),
+            ("displacement_um", &length),
+        ];
+        out.write_columns(&columns).unwrap();
+        out.commit().unwrap();
+        let long = long::load(&file, 8_000, &|_| ()).unwrap().long.unwrap();
+        let scored = whole(&long, &model, &|_| ()).unwrap();
+        assert_eq!(scored.samples, (samples - first) as u64);
+        let rms = scored.rms.fit.unwrap();
+        assert!(rms < 1e-6, "{rms} with a period of {period}");
+    }
 }
 
 /// Few samples are loaded as ever.

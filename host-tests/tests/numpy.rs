@@ -260,7 +260,11 @@ fn long_archives_are_condensed() {
         let long = loaded.long.unwrap();
         let mut sum = 0.0;
         for whole in long.files() {
-            whole.each(&|_| {}, |u, y| sum += u - y).unwrap();
+            let add = |u, y| {
+                sum += u - y;
+                Ok(())
+            };
+            whole.each(&|_| {}, add).unwrap();
         }
         (loaded.dataset.records, sum)
     };

@@ -3,8 +3,9 @@
 mod browser;
 mod page_figures;
 
+use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 use hysteron::hysteresis::preview::PlantRate;
 use hysteron_host::link::model::Choice;
@@ -27,6 +28,36 @@ fn binutils(elf: &Path) -> [u64; 3] {
     let text = String::from_utf8(output.stdout).unwrap();
     let mut numbers = text.lines().nth(1).unwrap().split_whitespace();
     std::array::from_fn(|_| numbers.next().unwrap().parse().unwrap())
+}
+
+/// At port 0 the system chooses: what is printed has to lead there.
+#[test]
+#[ignore = "needs QEMU and the firmware: scripts/check-firmware.sh"]
+fn a_served_bench_tells_its_address_in_json() {
+    let hysteron = || Command::new(env!("CARGO_BIN_EXE_hysteron"));
+    let mut bench = hysteron()
+        .args(["pil", "--serve", "tcp:127.0.0.1:0", "--json", "--firmware"])
+        .arg(firmware())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut line = String::new();
+    let mut said = BufReader::new(bench.stdout.take().unwrap());
+    said.read_line(&mut line).unwrap();
+    let told: Value = serde_json::from_str(&line).unwrap();
+    let address = told["address"].as_str().unwrap();
+    assert!(!address.ends_with(":0"), "{address}");
+    let info = hysteron()
+        .args(["link", "--port", address, "info"])
+        .output()
+        .unwrap();
+    let interrupt = Command::new("kill")
+        .args(["-INT", &bench.id().to_string()])
+        .status()
+        .unwrap();
+    assert!(interrupt.success() && bench.wait().unwrap().success());
+    let text = String::from_utf8_lossy(&info.stdout);
+    assert!(info.status.success() && text.contains("16 plays"), "{text}");
 }
 
 #[test]

@@ -31,10 +31,26 @@ pub use self::stm32h743 as part;
 
 pub use part::{Hardware, device};
 
+use core::sync::atomic::{AtomicBool, Ordering};
+
 use embedded_storage::nor_flash::NorFlash;
 
 use crate::control::Output;
 use crate::settings::Valid;
+
+/// What there is one of.
+struct Single(AtomicBool);
+
+impl Single {
+    const fn new() -> Self {
+        Self(AtomicBool::new(false))
+    }
+
+    /// Runs `make` the first time after a reset, never again.
+    fn take<T>(&self, make: impl FnOnce() -> T) -> Option<T> {
+        (!self.0.swap(true, Ordering::Relaxed)).then(make)
+    }
+}
 
 /// What the sample task knows of the hardware.
 pub trait Sampling {
@@ -81,7 +97,8 @@ pub trait Board: Sized {
     type Flash: NorFlash;
 
     /// The flash, before anything else; it can be read at once, and written once the board was started.
-    fn flash() -> Self::Flash;
+    /// `None` but for the first time after a reset: there is one.
+    fn flash() -> Option<Self::Flash>;
 
     /// Brings the hardware up with the output at rest, then the driver-enable pin low, and the sample
     /// timer still stopped.
@@ -93,7 +110,8 @@ pub trait Board: Sized {
     /// Starts the sample timer or sets it to another rate, and keeps the code for faults.
     fn apply(&mut self, settings: &Valid);
 
-    /// Tells the watchdog that all is well; it resets a board that stays silent for 50 ms.
+    /// Tells the watchdog that all is well; it resets a board that stays silent for 34 to 94 ms,
+    /// as exact as its oscillator is.
     fn feed_watchdog(&mut self);
 
     /// Puts out `output`, the driver disabled, whatever state anything is in; interrupts are off for

@@ -14,7 +14,7 @@ use semihosting::io::{Read, Write, stdin, stdout};
 
 use super::device::{Interrupt, TIM2, tim2};
 use super::stm32f405::Stm32f405Sampling;
-use super::{Board, Sampled, Sampling};
+use super::{Board, Sampled, Sampling, Single};
 use crate::control::Output;
 use crate::link::Server;
 use crate::safety::State;
@@ -52,12 +52,16 @@ const HEADER_LEN: usize = 12;
 /// Bytes of the longest payload.
 const PAYLOAD_LEN: usize = 2048;
 
-/// Stands for the flash, whose controller QEMU lacks: memory that a reset leaves alone.
-pub fn flash() -> &'static mut RamFlash {
+/// Stands for the flash, whose controller QEMU lacks: memory that a reset leaves alone. `None` but for the
+/// first time after a reset.
+pub fn flash() -> Option<&'static mut RamFlash> {
     #[unsafe(link_section = ".uninit.FLASH")]
     static mut FLASH: MaybeUninit<RamFlash> = MaybeUninit::uninit();
-    // SAFETY: called once after each reset, and bytes of any value are flash of some content.
-    unsafe { (&raw mut FLASH).cast::<RamFlash>().as_mut_unchecked() }
+    static TAKEN: Single = Single::new();
+    TAKEN.take(|| {
+        // SAFETY: once after each reset, and bytes of any value are flash of some content.
+        unsafe { (&raw mut FLASH).cast::<RamFlash>().as_mut_unchecked() }
+    })
 }
 
 /// Starts the instruction counter.

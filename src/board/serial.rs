@@ -78,6 +78,9 @@ impl Port {
 impl Line {
     /// Serves the link for ever: commands first, then what was recorded, then the watchdog, which is
     /// fed only when samples go on.
+    ///
+    /// A function of its own, apart from the start: `scripts/interrupt-masks.awk` looks into it.
+    #[inline(never)]
     pub fn run<B: Board>(
         &mut self,
         server: &mut Server<'static>,

@@ -24,7 +24,7 @@
 
 use crate::error::{Field, ParameterError};
 use crate::math::Real;
-use crate::play::{PlayBank, PlayState};
+use crate::play::{Envelope, PlayBank, PlayState};
 use crate::rate::RateLaw;
 
 /// Parameters of the model as they are identified and stored, to be validated by
@@ -167,6 +167,16 @@ impl<T: Real, const N: usize> RateDependentPi<T, N> {
         state.previous = input;
         let direct = self.weight_0 * input;
         state.plays.step_onto(&self.bank, envelope, direct)
+    }
+
+    /// The envelope of the next input, before it is stepped to, at the rate of the backward difference or
+    /// one known from elsewhere.
+    #[inline(always)]
+    pub fn envelope(&self, state: &State<T, N>, input: T, rate: Option<T>) -> Envelope<T> {
+        match rate {
+            Some(rate) => self.rate.from_rate(input, rate),
+            None => self.rate.from_samples(input, state.previous),
+        }
     }
 
     /// The analytic inverse (J 12, 14, 15), an operator of the same kind.

@@ -39,10 +39,29 @@ impl Default for Arguments {
 /// Measures a simulated stage, identifies it from the records, drives it along references; hides an
 /// effect in another and finds it.
 pub fn run(arguments: &Arguments) -> Result<(), Error> {
-    let out = &arguments.out;
-    let seed = arguments.seed.unwrap_or_else(from_the_clock);
+    let folder = OutputFolder::create(&arguments.out)?;
+    match arguments.seed {
+        Some(seed) => show(seed, folder),
+        None => {
+            let seed = from_the_clock();
+            show(seed, folder).map_err(|error| with_seed(error, seed))
+        }
+    }
+}
+
+/// A failure that nobody could bring about again without the seed that was drawn.
+fn with_seed(error: Error, seed: u64) -> Error {
+    match error {
+        Error::Interrupted => error,
+        _ => Error::request(format!(
+            "{error}; the seed drawn was {seed}, `hysteron demo --seed {seed}` does the same again"
+        )),
+    }
+}
+
+fn show(seed: u64, mut folder: OutputFolder) -> Result<(), Error> {
+    let out = folder.path().to_owned();
     let data = out.join("data");
-    let mut folder = OutputFolder::create(out)?;
     let mut records = OutputFolder::create(&data)?;
     let steps = progress::steps("demonstration");
     steps.set_message("measuring a simulated stage");

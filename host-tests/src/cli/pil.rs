@@ -200,6 +200,7 @@ fn serve(port: &str, firmware: &Path) -> Result<(), Error> {
     let mut bench = Bench::new(Emulator::start(firmware)?, hardware, &Stage::p753())?;
     let _deferred = interrupt::Deferred::begin();
     let listener = Listener::bind(port)?;
+    say::figures(&serde_json::json!({ "address": listener.name() }));
     say!(
         "a simulated stage at {}, 10 kHz; settings that fit it:\n\n{}\nCtrl-C ends it",
         listener.name(),

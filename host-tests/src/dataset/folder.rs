@@ -141,7 +141,9 @@ fn record_files(
             } else {
                 "is not there"
             };
-            return refuse(format!("{what}; name a CSV file in the data set's folder"));
+            return refuse(format!(
+                "{what}; name a CSV, .npz or .npy file in the data set's folder"
+            ));
         }
         // The same samples under two roles would make a held-out figure worthless.
         let same = fs::canonicalize(&file).unwrap_or_else(|_| file.clone());

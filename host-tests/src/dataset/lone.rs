@@ -75,7 +75,7 @@ pub(super) fn plan(path: &Path) -> Result<Plan, Error> {
     })
 }
 
-/// Loads one CSV as three records that continue each other.
+/// Loads one file as three records that continue each other.
 pub(super) fn load(path: &Path) -> Result<Dataset, Error> {
     let table = Table::open(path)?;
     let (layout, output_unit) = layout(&table)?;

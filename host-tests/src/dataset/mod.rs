@@ -28,7 +28,7 @@ pub const MIN_SAMPLES: usize = 8;
 /// A checked data set.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Dataset {
-    /// The name the data set gives itself; for a CSV alone its file stem.
+    /// The name the data set gives itself; for a file alone its stem.
     pub name: String,
     /// The unit in which the data set states its displacement, and in which figures about it are
     /// reported. The records themselves are in micrometres.
@@ -55,7 +55,7 @@ pub struct Dataset {
 /// hold finite numbers only.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
-    /// The file's stem, or the file as listed where two stems are equal; for a part of a CSV alone
+    /// The file's stem, or the file as listed where two stems are equal; for a part of a file alone
     /// the stem and the role, as in `scan (fit)`. Unique in the data set.
     pub name: String,
     /// What the record serves for.
@@ -74,7 +74,7 @@ pub struct Record {
     /// first sample comes one sample time after the other's last, so the state of every play
     /// operator (and of any other stage with a memory) at its start is the state at the other's end.
     ///
-    /// Set for the second and third part of a CSV alone. `None` where the state at the start is
+    /// Set for the second and third part of a file alone. `None` where the state at the start is
     /// unknown.
     pub continues: Option<usize>,
 }
@@ -121,15 +121,15 @@ impl Dataset {
             if !description.exists() {
                 return Err(Place::file(path).error(
                     "the folder holds no dataset.toml; write one (see docs/dataset.md) or name \
-                     one CSV file",
+                     one CSV, .npz or .npy file",
                 ));
             }
             return folder::load(&description);
         }
         if !path.exists() {
             return Err(Place::file(path).error(
-                "there is no such file or folder; name a folder with a dataset.toml, or one CSV \
-                 file",
+                "there is no such file or folder; name a folder with a dataset.toml, or one CSV, \
+                 .npz or .npy file",
             ));
         }
         let is_toml = path

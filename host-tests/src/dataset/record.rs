@@ -1,4 +1,4 @@
-//! One CSV file read as three signals.
+//! One file read as three signals.
 
 use std::path::Path;
 

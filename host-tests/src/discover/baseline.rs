@@ -33,6 +33,9 @@ const FEW: usize = 6;
 /// How much closer thresholds lie to each other near zero: the power of an even spread.
 const CROWDING: f64 = 1.3;
 
+/// Thresholds over the widest that shows in every loop.
+const BEYOND: [f64; 7] = [1.06, 1.12, 1.25, 1.4, 1.6, 1.85, 2.1];
+
 /// Share of the drive's range below which a record rests.
 const RESTING: f64 = 0.02;
 /// The same below which wide plays stand still along a record, where nobody knows.
@@ -91,16 +94,20 @@ fn terms(runs: &Runs, baseline: &Baseline) -> Terms {
 }
 
 fn fitted(fit: &JointFit<'_>, thresholds: Vec<f64>, terms: Terms) -> Result<Joint, Error> {
-    let mut joint = fit.weights(thresholds, terms)?;
+    let mut joint = fit.weights(thresholds, Vec::new(), terms)?;
     fit.settle(&mut joint, SETTLED.1)?;
     Ok(joint)
 }
 
-/// Thresholds that lie closer together near zero.
+/// Thresholds that lie closer together near zero, and those of plays that move only while the first
+/// records lead them away from zero, where these are known.
 pub fn crowded(fit: &JointFit<'_>, plays: usize) -> Vec<f64> {
     let widest = fit.seen().threshold_v;
-    (1..=plays)
-        .map(|i| widest * (i as f64 / plays as f64).powf(CROWDING))
+    let within = (1..=plays).map(|i| (i as f64 / plays as f64).powf(CROWDING));
+    within
+        .chain(BEYOND)
+        .map(|share| widest * share)
+        .filter(|&r| r <= widest || r < fit.widest())
         .collect()
 }
 

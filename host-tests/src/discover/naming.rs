@@ -83,22 +83,29 @@ pub struct Search {
 }
 
 impl Search {
-    /// Searches from a baseline.
+    /// Searches from a baseline, or on from a path that begins with a richer core.
     ///
     /// # Errors
     /// Numbers that the core refuses.
     pub fn run(
         ground: Ground,
         base: Candidate,
+        start: Option<Path>,
         (noise, bar): ((f64, Source), f64),
         library: &[Effect],
         progress: &(dyn Fn(&str) + Sync),
     ) -> Result<Self, Error> {
-        let best = Path {
+        // A single name was compared where it was found, unless the core has changed since.
+        let enough = if start.as_ref().is_some_and(|path| !path.steps.is_empty()) {
+            1
+        } else {
+            2
+        };
+        let best = start.unwrap_or_else(|| Path {
             ground: ground.clone(),
             found: base.clone(),
             steps: Vec::new(),
-        };
+        });
         let mut search = Self {
             ground,
             base,
@@ -109,9 +116,9 @@ impl Search {
             ablation: Vec::new(),
         };
         search.follow(library, progress)?;
-        if search.best.steps.len() > 1 {
+        if search.best.steps.len() >= enough {
             progress("holding each name against the others");
-            search.hold(library)?;
+            search.hold(library, enough)?;
         }
         if library.contains(&Effect::Quantisation) {
             search.add_steps_of_reading()?;
@@ -131,7 +138,7 @@ impl Search {
         progress: &(dyn Fn(&str) + Sync),
     ) -> Result<(), Error> {
         let mut beam = vec![self.best.clone()];
-        for depth in 0..MOST {
+        for depth in self.best.steps.len()..MOST {
             let mut next: Vec<Path> = Vec::new();
             for (rank, path) in beam.iter().enumerate() {
                 let noise = self.heard(&path.ground);
@@ -237,12 +244,12 @@ impl Search {
     }
 
     /// Holds every name against the others beside the rest of the model: the better one stays, those
-    /// nearly as good are its ambiguity set, and one that is not missed goes.
-    fn hold(&mut self, library: &[Effect]) -> Result<(), Error> {
+    /// nearly as good are its ambiguity set, and one that is not missed goes; while there are `enough`.
+    fn hold(&mut self, library: &[Effect], enough: usize) -> Result<(), Error> {
         let mut swaps = 0;
         let mut place = 0;
         self.ablation.clear();
-        while place < self.best.steps.len() && self.best.steps.len() > 1 {
+        while place < self.best.steps.len() && self.best.steps.len() >= enough {
             let ground = self.best.ground.clone();
             let fit = ground.fit();
             let noise = self.heard(&ground);

@@ -3,7 +3,7 @@
 use crate::dataset::{Dataset, Role};
 use crate::error::Error;
 use crate::identify::catalogue::Effect;
-use crate::identify::joint::{Core, Joint, JointFit, SETTLED, Terms};
+use crate::identify::joint::{Core, Element, Joint, JointFit, SETTLED, Terms};
 use crate::identify::run::Runs;
 use crate::model_file::{ModelFile, Stage};
 use crate::stage;
@@ -54,7 +54,15 @@ pub fn given(model: &ModelFile, runs: &Runs) -> Result<Joint, Error> {
             .map(|a| a * gain * slope)
             .collect(),
         beta: hysteresis.beta_s,
+        elements: Vec::new(),
     };
+    for stage in &model.stages {
+        if let Stage::BoucWen(element) = stage {
+            core.elements
+                .push(Element::known(element.grow_per_v, element.shape_per_v));
+            core.weights.push(element.weight * gain * slope);
+        }
+    }
     let mut terms = Terms::none();
     if core.beta > 0.0 {
         let exponent = model.stages.iter().find_map(|stage| match stage {

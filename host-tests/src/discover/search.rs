@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use crate::dataset::Role;
 use crate::error::Error;
 use crate::identify::catalogue::Effect;
-use crate::identify::joint::{Joint, JointFit, Lead, SETTLED, Terms};
+use crate::identify::joint::{Element, Joint, JointFit, Lead, SETTLED, Terms};
 use crate::identify::run::Runs;
 
 use super::baseline::{Histories, choose_starts, crowded, judged};
@@ -114,17 +114,36 @@ impl Ground {
         Ok(other)
     }
 
-    /// A model with its plays among many others, fitted anew.
+    /// A model with its plays, and its elements if it has some, among many others, fitted anew.
     ///
     /// # Errors
     /// Numbers that the core refuses.
     pub fn refit(&self, base: &Candidate) -> Result<Candidate, Error> {
+        let elements = base.joint.core.active().elements;
+        self.refit_among(base, elements)
+    }
+
+    /// The same with elements of Bouc and Wen beside the plays, sharpened.
+    ///
+    /// # Errors
+    /// Numbers that the core refuses.
+    pub fn with_elements(&self, base: &Candidate) -> Result<Candidate, Error> {
+        let elements = Element::menu(self.runs.drive_range);
+        let mut found = self.refit_among(base, elements)?;
+        let fit = self.fit();
+        found.sharpen(&fit)?;
+        fit.merge(&mut found.joint)?;
+        found.sharpen(&fit)?;
+        Ok(found)
+    }
+
+    fn refit_among(&self, base: &Candidate, elements: Vec<Element>) -> Result<Candidate, Error> {
         let fit = self.fit();
         let mut thresholds = crowded(&fit, PLAYS);
         thresholds.extend(base.joint.core.active().thresholds);
         thresholds.sort_by(f64::total_cmp);
         thresholds.dedup_by(|a, b| *a - *b < APART * *a);
-        let mut joint = fit.weights(thresholds, base.joint.terms.clone())?;
+        let mut joint = fit.weights(thresholds, elements, base.joint.terms.clone())?;
         fit.settle(&mut joint, SETTLED.1)?;
         Candidate::new(&fit, joint, base.order.clone())
     }

@@ -12,12 +12,15 @@ use super::bootstrap;
 use super::diagnosis::{
     Diagnosis, FoundEffect, RecordResiduals, Residuals, Roles, Verdict, excess,
 };
-use super::naming::{BAR, Search, WORTH};
+use super::naming::{BAR, Path, Search, WORTH};
 use super::own_model;
 use super::search::{Candidate, Ground, rms};
 
 /// Least share of the excess on the report records that the effects must close.
 const CONFIRMED: f64 = 0.1;
+
+/// Most of what the baseline leaves over that elements beside the plays may leave to be searched beside.
+const OTHER_FAMILY: f64 = 0.6;
 
 /// What a diagnosis may do.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,7 +65,13 @@ pub fn diagnose(
             }
             _ => BAR,
         };
-        let search = Search::run(ground, base, (noise, bar), &options.library, progress)?;
+        let library = &options.library;
+        let mut search = Search::run(ground, base, None, (noise, bar), library, progress)?;
+        if !search.explains_all()
+            && let Some(other) = another_family(&search, (noise, bar), library, progress)?
+        {
+            search = other;
+        }
         let settled = search.explains_all();
         if best.as_ref().is_none_or(|best| search.better_than(best)) {
             best = Some(search);
@@ -79,6 +88,44 @@ pub fn diagnose(
         own_model::report(model, &ground, dataset, &mut found)?;
     }
     Ok(found)
+}
+
+/// What is found beside elements of Bouc and Wen, or on from what was found without them, where these
+/// explain much of what is left over; the search that explains most, if it is one of these.
+fn another_family(
+    search: &Search,
+    noise_and_bar: ((f64, Source), f64),
+    library: &[Effect],
+    progress: &(dyn Fn(&str) + Sync),
+) -> Result<Option<Search>, Error> {
+    progress("trying a hysteresis of another family");
+    let rms = |candidate: &Candidate| candidate.select.hypot(candidate.joint.rms);
+    let bare = Path {
+        ground: search.ground.clone(),
+        found: search.base.clone(),
+        steps: Vec::new(),
+    };
+    // Steps of the reading come last, once all else is known.
+    let steps = &search.best.steps;
+    let read = steps.iter().any(|step| step.effect == Effect::Quantisation);
+    let with_effects = (!steps.is_empty() && !read).then(|| search.best.clone());
+    let mut best: Option<Search> = None;
+    for mut start in [Some(bare), with_effects].into_iter().flatten() {
+        let richer = start.ground.with_elements(&start.found)?;
+        if rms(&richer) > OTHER_FAMILY * rms(&start.found) {
+            continue;
+        }
+        start.found = richer;
+        let (ground, base) = (search.ground.clone(), search.base.clone());
+        let other = Search::run(ground, base, Some(start), noise_and_bar, library, progress)?;
+        if other.better_than(best.as_ref().unwrap_or(search)) {
+            best = Some(other);
+        }
+        if best.as_ref().is_some_and(Search::explains_all) {
+            break;
+        }
+    }
+    Ok(best)
 }
 
 /// The saturated baseline on each of the two kinds of histories, where both are likely.
@@ -140,6 +187,13 @@ impl Search {
             notes.push(
                 "The readings are whole steps apart. With quantisation in the model, a residual is what \
                  the prediction lies outside of the step that was read."
+                    .to_owned(),
+            );
+        }
+        if !self.best.found.joint.core.elements.is_empty() {
+            notes.push(
+                "The loops are no sum of plays: elements of Bouc and Wen stand beside them, and effects were \
+                 searched for beside both."
                     .to_owned(),
             );
         }

@@ -93,8 +93,8 @@ impl Exported<'_> {
 /// The source code of a model.
 ///
 /// # Errors
-/// A stage that is not written as code and not among [`Options::as_constants`]; a rate law, a congruency or a
-/// modified play model, whose hysteresis is another one; numbers that the core refuses or that leave the
+/// A stage that is not written as code and not among [`Options::as_constants`]; a rate law, a congruency,
+/// an element of Bouc and Wen or a modified play model, whose hysteresis is another one; numbers that the core refuses or that leave the
 /// range of the precision; a sample time or prefix that is none.
 pub fn export(file: &ModelFile, options: &Options) -> Result<String, Error> {
     check_prefix(&options.prefix)?;

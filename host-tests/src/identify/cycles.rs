@@ -14,36 +14,70 @@ pub fn range(values: &[f64]) -> f64 {
     (high - low).max(0.0)
 }
 
+/// Finds the samples at which a drive turns by more than [`SIGNIFICANT`] of its range, one after the other.
+#[derive(Clone, Copy, Debug)]
+pub struct Turns {
+    least: f64,
+    /// Samples so far.
+    count: u64,
+    /// Extremes since the last turn, with their indices.
+    highest: (u64, f64),
+    lowest: (u64, f64),
+    /// Unknown until one of the extremes is left by `least`.
+    rising: Option<bool>,
+}
+
+impl Turns {
+    /// For a drive of the given range (V).
+    pub fn new(range: f64) -> Self {
+        Self {
+            least: SIGNIFICANT * range,
+            count: 0,
+            highest: (0, f64::NEG_INFINITY),
+            lowest: (0, f64::INFINITY),
+            rising: None,
+        }
+    }
+
+    /// Takes the next value; the index of the turning point that it makes certain.
+    pub fn push(&mut self, u: f64) -> Option<u64> {
+        let here = (self.count, u);
+        self.count += 1;
+        if self.least <= 0.0 {
+            return None;
+        }
+        if u > self.highest.1 {
+            self.highest = here;
+        }
+        if u < self.lowest.1 {
+            self.lowest = here;
+        }
+        let before = self.rising;
+        if before != Some(false) && self.highest.1 - u > self.least {
+            (self.rising, self.lowest) = (Some(false), here);
+            return before.map(|_| self.highest.0);
+        }
+        if before != Some(true) && u - self.lowest.1 > self.least {
+            (self.rising, self.highest) = (Some(true), here);
+            return before.map(|_| self.lowest.0);
+        }
+        None
+    }
+
+    /// The index of the next turning point, if the drive turns now.
+    pub fn next(&self) -> Option<u64> {
+        self.rising.map(|rising| match rising {
+            true => self.highest.0,
+            false => self.lowest.0,
+        })
+    }
+}
+
 /// Indices of the samples at which the drive turns by more than [`SIGNIFICANT`] of `range` (V).
 pub fn turning_points(drive: &[f64], range: f64) -> Vec<usize> {
-    let least = SIGNIFICANT * range;
-    let mut turns = Vec::new();
-    if least <= 0.0 || drive.is_empty() {
-        return turns;
-    }
-    // Extremes since the last turn; the direction is unknown until one of them is left by `least`.
-    let (mut highest, mut lowest) = (0, 0);
-    let mut rising: Option<bool> = None;
-    for (k, &u) in drive.iter().enumerate() {
-        if u > drive[highest] {
-            highest = k;
-        }
-        if u < drive[lowest] {
-            lowest = k;
-        }
-        if rising != Some(false) && drive[highest] - u > least {
-            if rising == Some(true) {
-                turns.push(highest);
-            }
-            (rising, lowest) = (Some(false), k);
-        } else if rising != Some(true) && u - drive[lowest] > least {
-            if rising == Some(false) {
-                turns.push(lowest);
-            }
-            (rising, highest) = (Some(true), k);
-        }
-    }
-    turns
+    let mut turns = Turns::new(range);
+    let found = drive.iter().filter_map(|&u| turns.push(u));
+    found.map(|index| index as usize).collect()
 }
 
 /// Where the first cycle ends: the second turning point, when more than one cycle follows it.

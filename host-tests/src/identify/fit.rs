@@ -77,6 +77,11 @@ impl Fitted {
         self
     }
 
+    /// Sum of the weights, in um/V.
+    pub fn gain(&self) -> f64 {
+        self.weights.iter().sum()
+    }
+
     fn w(&self, drive: f64, outputs: &[f64]) -> f64 {
         self.weights[0] * drive
             + self.weights[1..]

@@ -5,12 +5,12 @@ use serde::Serialize;
 
 use crate::dataset::{Dataset, LengthUnit, Role};
 use crate::error::Error;
-use crate::model_file::{Asymmetry, Hysteresis, ModelFile, Output, Stage, TwoSided};
+use crate::model_file::{Asymmetry, BoucWen, Hysteresis, ModelFile, Output, Stage, TwoSided};
 use crate::stage;
 
 use super::cycles::{half_cycle_frequencies, range, turning_points};
 use super::fit::{Fitted, Thresholds};
-use super::joint::{Joint, JointFit};
+use super::joint::{Core, Joint, JointFit};
 use super::noise::Source;
 use super::run::{Run, Runs};
 use super::score::{offsets, rms};
@@ -114,7 +114,14 @@ pub struct Identification {
 
 impl Identification {
     pub(super) fn new(dataset: &Dataset, runs: &Runs, found: Findings) -> Result<Self, Error> {
-        let mut model = model_file(&dataset.name, &found.fitted, &found.effects, runs.sign);
+        let gain = found.fitted.gain();
+        let mut model = model_file(
+            &dataset.name,
+            &found.fitted,
+            &found.effects,
+            gain,
+            runs.sign,
+        );
         // What is scored is the file that is written, run by the core that will be flashed.
         let predicted = runs
             .runs
@@ -268,10 +275,15 @@ fn median_frequency(drive: &[f64], sample_time_s: f64) -> Option<f64> {
     frequencies.get(frequencies.len() / 2).copied()
 }
 
-/// The fitted stage with its gain taken out of the weights: their sum is one, so that core and map
-/// compute in volts. `sign` is that of the stage's gain.
-pub(super) fn model_file(name: &str, fitted: &Fitted, effects: &[Stage], sign: f64) -> ModelFile {
-    let gain: f64 = fitted.weights.iter().sum();
+/// The fitted stage with its gain taken out of the weights, which is their sum with those of elements among
+/// the `effects`: so core and map compute in volts. `sign` is that of the stage's gain.
+pub(super) fn model_file(
+    name: &str,
+    fitted: &Fitted,
+    effects: &[Stage],
+    gain: f64,
+    sign: f64,
+) -> ModelFile {
     let mut stages: Vec<Stage> = effects.iter().map(|stage| stage.signed(sign)).collect();
     stages.push(Stage::Hysteresis(Hysteresis {
         thresholds_v: fitted.plays.thresholds.clone(),
@@ -297,6 +309,19 @@ pub(super) fn model_file(name: &str, fitted: &Fitted, effects: &[Stage], sign: f
     ModelFile::new(name, stages)
 }
 
+/// The elements of a core as stages in front of a gain.
+fn elements(core: &Core, gain: f64) -> impl Iterator<Item = Stage> {
+    let weights = core.weights.iter().skip(core.thresholds.len() + 1);
+    let active = core.elements.iter().zip(weights).filter(|(_, a)| **a > 0.0);
+    active.map(move |(element, a)| {
+        Stage::BoucWen(BoucWen {
+            weight: a / gain,
+            grow_per_v: element.grow_per_v,
+            shape_per_v: element.shape_per_v(),
+        })
+    })
+}
+
 /// A jointly fitted stage as a model file: plays without weight left out, the offset that of the
 /// records for fitting, or zero where each has its own.
 ///
@@ -305,8 +330,9 @@ pub(super) fn model_file(name: &str, fitted: &Fitted, effects: &[Stage], sign: f
 pub fn joint_model(name: &str, joint: &Joint, fit: &JointFit<'_>) -> Result<ModelFile, Error> {
     let runs = fit.runs();
     let gain = joint.core.weights.iter().sum();
-    let effects = joint.terms.stages(fit.seen(), gain);
-    let mut model = model_file(name, &joint.fitted(), &effects, runs.sign);
+    let mut stages = joint.terms.stages(fit.seen(), gain);
+    stages.extend(elements(&joint.core, gain));
+    let mut model = model_file(name, &joint.fitted(), &stages, gain, runs.sign);
     let predicted = fit.predicted(&joint.core, &joint.terms)?;
     if !runs.own_offsets {
         let offset = offsets(runs, &predicted).first().copied().unwrap_or(0.0);

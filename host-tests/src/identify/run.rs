@@ -265,6 +265,12 @@ impl Runs {
         0.45 * self.drive_range
     }
 
+    /// Whether each run goes on from the one before it, the first one from plays at zero.
+    pub fn is_session(&self) -> bool {
+        let mut starts = self.runs.iter().map(|run| run.start);
+        starts.next() == Some(Start::Zero) && starts.all(|start| start == Start::Carried)
+    }
+
     /// Highest rate of the drive in the records for fitting, in V/s.
     pub fn highest_rate(&self) -> f64 {
         self.scored(Role::Fit)

@@ -198,7 +198,7 @@ fn with_effects(
     let thresholds = fit.even_thresholds(options.plays.unwrap_or(PLAYS_WITH_EFFECTS));
     let mut effects = options.effects.clone();
     effects.sort();
-    let mut joint = fit.weights(thresholds, Terms::none())?;
+    let mut joint = fit.weights(thresholds, Vec::new(), Terms::none())?;
     let with_rate = with_beta.then_some(Effect::RateDependence);
     // A mode is looked for where nothing else can take its place; then all is fitted together.
     for effect in effects.into_iter().rev().chain(with_rate) {
@@ -258,7 +258,7 @@ pub fn fit_spaced(
     };
     let fitted = spaced(&fit, plays.max(1), with_beta);
     Ok((
-        model_file(&dataset.name, &fitted, &[], runs.sign),
+        model_file(&dataset.name, &fitted, &[], fitted.gain(), runs.sign),
         fitted.rms,
     ))
 }

@@ -7,11 +7,13 @@ use crate::model_file::ModelFile;
 use crate::stage::{self, Chain};
 
 use super::Rms;
-use super::cycles::{first_cycle, turning_points};
+use super::cycles::{Turns, first_cycle, turning_points};
 use super::start::Start;
 
 /// Samples at the start of a file on which the history before it is chosen.
 const HEAD: usize = 1 << 16;
+/// Turning points of a drive that has cycles behind its first.
+const TURNS_OF_CYCLES: u64 = 4;
 
 /// Rms residuals over all samples of a data set.
 #[derive(Clone, Debug, PartialEq)]
@@ -95,6 +97,58 @@ pub fn whole(long: &Long, model: &ModelFile, progress: &dyn Fn(&str)) -> Result<
     })
 }
 
+/// What the samples of a file leave over, by role: of all, and of those from the second turning point on,
+/// which is certain only some samples later.
+struct Score<'a> {
+    file: &'a Whole<'a>,
+    turns: Turns,
+    found: u64,
+    row: u64,
+    all: Vec<Moments>,
+    /// Until that point is certain, from where it would be.
+    later: Vec<Moments>,
+}
+
+impl<'a> Score<'a> {
+    fn new(file: &'a Whole<'a>) -> Self {
+        let empty = vec![Moments::default(); file.roles.len()];
+        Self {
+            file,
+            turns: Turns::new(file.drive_v.1 - file.drive_v.0),
+            found: 0,
+            row: 0,
+            all: empty.clone(),
+            later: empty,
+        }
+    }
+
+    fn add(&mut self, drive: f64, residual: f64) {
+        self.found += u64::from(self.turns.push(drive).is_some());
+        if self.found < 2 && self.turns.next() == Some(self.row) {
+            self.later.fill(Moments::default());
+        }
+        let parts = self.all.iter_mut().zip(&mut self.later);
+        for ((all, later), (_, rows)) in parts.zip(&self.file.roles) {
+            if rows.contains(&self.row) {
+                all.add(residual);
+                later.add(residual);
+            }
+        }
+        self.row += 1;
+    }
+
+    /// The first cycle left out, as [`first_cycle`] does, where others follow it.
+    fn moments(self) -> Vec<(Role, Moments)> {
+        let scored = if self.found >= TURNS_OF_CYCLES {
+            self.later
+        } else {
+            self.all
+        };
+        let roles = self.file.roles.iter().map(|(role, _)| *role);
+        roles.zip(scored).collect()
+    }
+}
+
 fn of_file(
     file: &Whole<'_>,
     model: &ModelFile,
@@ -103,62 +157,38 @@ fn of_file(
     let chain = stage::chain(model, file.sample_time_s)?;
     let mut head: Vec<[f64; 2]> = Vec::with_capacity(HEAD);
     let mut state = None;
-    let mut row = 0u64;
-    let mut skipped = 0u64;
-    let mut refused = None;
-    let mut moments: Vec<(Role, Moments)> = file
-        .roles
-        .iter()
-        .map(|(role, _)| (*role, Moments::default()))
-        .collect();
-    let mut score = |row: u64, skipped: u64, residual: f64| {
-        for ((_, rows), (_, moments)) in file.roles.iter().zip(&mut moments) {
-            if row >= skipped && rows.contains(&row) {
-                moments.add(residual);
-            }
-        }
-    };
-    let last = file.samples.saturating_sub(1);
+    let mut score = Score::new(file);
+    let length = file.samples.min(HEAD as u64) as usize;
     file.each(progress, |u, y| {
-        match &mut state {
-            Some(state) => score(row, skipped, y - chain.step(state, u)),
-            None => {
-                head.push([u, y]);
-                if head.len() == HEAD || row == last {
-                    let drive: Vec<f64> = head.iter().map(|[u, _]| *u).collect();
-                    let range = file.drive_v.1 - file.drive_v.0;
-                    skipped = first_cycle(&turning_points(&drive, range)) as u64;
-                    match begin(&chain, file, &head, skipped as usize) {
-                        Ok(mut begun) => {
-                            let before = row + 1 - head.len() as u64;
-                            for (k, [u, y]) in head.drain(..).enumerate() {
-                                score(before + k as u64, skipped, y - chain.step(&mut begun, u));
-                            }
-                            state = Some(begun);
-                        }
-                        Err(error) => refused = refused.take().or(Some(error)),
-                    }
-                }
-            }
+        if let Some(state) = &mut state {
+            score.add(u, y - chain.step(state, u));
+            return Ok(());
         }
-        row += 1;
+        head.push([u, y]);
+        if head.len() == length {
+            let mut begun = begin(&chain, file, &head)?;
+            for [u, y] in std::mem::take(&mut head) {
+                score.add(u, y - chain.step(&mut begun, u));
+            }
+            state = Some(begun);
+        }
+        Ok(())
     })?;
-    refused.map_or(Ok(moments), Err)
+    Ok(score.moments())
 }
 
 type State = hysteron::chain::ChainState<f64, { stage::PLAYS }>;
 
-/// The state before a file's first sample, of the menu's histories the one that explains its head best.
-fn begin(
-    chain: &Chain,
-    file: &Whole<'_>,
-    head: &[[f64; 2]],
-    skipped: usize,
-) -> Result<State, Error> {
+/// The state before a file's first sample, of the menu's histories the one that explains its head best:
+/// what follows the first cycle in it, or all of a head that is no longer than that.
+fn begin(chain: &Chain, file: &Whole<'_>, head: &[[f64; 2]]) -> Result<State, Error> {
+    let range = file.drive_v.1 - file.drive_v.0;
+    let drive: Vec<f64> = head.iter().map(|[u, _]| *u).collect();
+    let skipped = first_cycle(&turning_points(&drive, range));
     let operator = chain.model().hysteresis();
     let u0 = head.first().map_or(0.0, |[u, _]| *u);
     let mut best: Option<(f64, State)> = None;
-    for start in Start::menu(file.drive_v.1 - file.drive_v.0) {
+    for start in Start::menu(range) {
         if start == Start::Periodic {
             continue;
         }

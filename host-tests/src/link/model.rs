@@ -60,7 +60,7 @@ pub struct Prepared {
 /// The record for a target with these settings, judged as the target will judge it.
 ///
 /// # Errors
-/// More plays, dead zones, effects or preview than the target has room for, a rate law or a congruency,
+/// More plays, dead zones, effects or preview than the target has room for, a rate law, a congruency, elements,
 /// a choice that does not suit the model, or a compensator that does not exist in single precision.
 pub fn record(file: &ModelFile, settings: &Settings, choice: Choice) -> Result<Prepared, Error> {
     let sample_time = 1.0 / settings.sample_rate_hz;

@@ -93,6 +93,21 @@ pub struct RateLaw {
     pub exponent: f64,
 }
 
+/// Element of Bouc and Wen beside the plays: w grows by weight (u - z), where z' = u' - grow |u'| z -
+/// shape u' |z|.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BoucWen {
+    /// The weight in V/V, >= 0.
+    #[schemars(range(min = 0.0))]
+    pub weight: f64,
+    /// grow in 1/V, > 0 and > -shape.
+    #[schemars(range(min = 0.0))]
+    pub grow_per_v: f64,
+    /// shape in 1/V.
+    pub shape_per_v: f64,
+}
+
 /// Plays that count for more where the output is large: w = a_0 u + (1 + kappa gain w) sum a_i z_i.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -177,6 +192,11 @@ impl Stage {
             Self::AmplifierLag(lag) => vec![("tau_s", lag.tau_s)],
             Self::TransportDelay(delay) => vec![("delay_s", delay.delay_s)],
             Self::RateLaw(law) => vec![("exponent", law.exponent)],
+            Self::BoucWen(element) => vec![
+                ("weight", element.weight),
+                ("grow_per_v", element.grow_per_v),
+                ("shape_per_v", element.shape_per_v),
+            ],
             Self::Congruency(congruency) => vec![("kappa", congruency.kappa)],
             Self::Quadratic(map) | Self::OutputQuadratic(map) => vec![("q", map.q)],
             Self::Cubic(map) => vec![("c", map.c)],

@@ -15,8 +15,8 @@ use serde::{Deserialize, Serialize};
 
 pub use builtin::{BUILTIN_NAMES, builtin, resolve};
 pub use effects::{
-    AmplifierLag, Backlash, Congruency, Creep, Cubic, Drift, Interleaving, MainsHum, Quadratic,
-    Quantisation, RateLaw, Resonance, Saturation, SensorLag, SlewLimit, TransportDelay,
+    AmplifierLag, Backlash, BoucWen, Congruency, Creep, Cubic, Drift, Interleaving, MainsHum,
+    Quadratic, Quantisation, RateLaw, Resonance, Saturation, SensorLag, SlewLimit, TransportDelay,
 };
 pub use modified_play::{Harmonics, Law, ModifiedPlay};
 pub use parse::{ORDER, load, parse};
@@ -39,7 +39,7 @@ pub struct ModelFile {
     /// Units of everything in the file.
     pub units: Units,
     /// Stages in the order of the signal, drive to displacement: `saturation`, `slew-limit`,
-    /// `amplifier-lag`, `transport-delay`, `hysteresis`, `rate-law`, `congruency`, `asymmetry`,
+    /// `amplifier-lag`, `transport-delay`, `hysteresis`, `bouc-wen`, `rate-law`, `congruency`, `asymmetry`,
     /// `quadratic`, `cubic`, `backlash`, `resonance`, `creep`, `output-quadratic`, `output`,
     /// `interleaving`, `sensor-lag`, `drift`, `mains-hum`, `quantisation`, all but the hysteresis where
     /// there are any; or `modified-play` alone.
@@ -136,6 +136,8 @@ pub enum Stage {
     SlewLimit(SlewLimit),
     /// Power law of the rate in the hysteresis.
     RateLaw(RateLaw),
+    /// An element of Bouc and Wen beside the plays; up to three of them.
+    BoucWen(BoucWen),
     /// Plays that count for more where the output is large.
     Congruency(Congruency),
     /// A gap behind the hysteresis.
@@ -223,6 +225,7 @@ impl Stage {
             Self::Saturation(_) => "saturation",
             Self::SlewLimit(_) => "slew-limit",
             Self::RateLaw(_) => "rate-law",
+            Self::BoucWen(_) => "bouc-wen",
             Self::Congruency(_) => "congruency",
             Self::Backlash(_) => "backlash",
             Self::Interleaving(_) => "interleaving",
@@ -292,9 +295,12 @@ impl ModelFile {
     /// The effects that change what the hysteresis itself does: without them its numbers mean something
     /// else.
     pub fn core_effects(&self) -> impl Iterator<Item = &Stage> {
-        self.stages
-            .iter()
-            .filter(|stage| matches!(stage, Stage::RateLaw(_) | Stage::Congruency(_)))
+        self.stages.iter().filter(|stage| {
+            matches!(
+                stage,
+                Stage::BoucWen(_) | Stage::RateLaw(_) | Stage::Congruency(_)
+            )
+        })
     }
 
     /// Gain in um/V and offset in um: 1 and 0 where there is no output stage.

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use hysteron::chain::MODES;
+use hysteron::hysteresis::elements::ELEMENTS;
 use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -12,12 +13,13 @@ use crate::error::{Error, Place, quoted};
 use crate::toml_text::{Step, Steps, TomlText, read_text};
 
 /// Stage names in the order in which they stand; `modified-play` stands alone.
-pub const ORDER: [&str; 20] = [
+pub const ORDER: [&str; 21] = [
     "saturation",
     "slew-limit",
     "amplifier-lag",
     "transport-delay",
     "hysteresis",
+    "bouc-wen",
     "rate-law",
     "congruency",
     "asymmetry",
@@ -166,6 +168,7 @@ fn read_stage<'a>(stage: Spanned<DeValue<'a>>, toml: &TomlText<'a>) -> Result<St
         Some("transport-delay") => toml.typed(body).map(Stage::TransportDelay),
         Some("hysteresis") => toml.typed(body).map(Stage::Hysteresis),
         Some("rate-law") => toml.typed(body).map(Stage::RateLaw),
+        Some("bouc-wen") => toml.typed(body).map(Stage::BoucWen),
         Some("congruency") => toml.typed(body).map(Stage::Congruency),
         Some("asymmetry") => toml.typed(body).map(Stage::Asymmetry),
         Some("quadratic") => toml.typed(body).map(Stage::Quadratic),
@@ -202,7 +205,7 @@ fn check_order(stages: &[Stage], toml: &TomlText<'_>) -> Result<(), Error> {
     }
     for (index, pair) in stages.windows(2).enumerate() {
         let (before, after) = (pair[0].name(), pair[1].name());
-        if before == after && after != "resonance" {
+        if before == after && !["resonance", "bouc-wen"].contains(&after) {
             let problem = format!("a second stage {after}; keep one");
             return Err(place(index + 1).error(problem));
         }
@@ -213,9 +216,10 @@ fn check_order(stages: &[Stage], toml: &TomlText<'_>) -> Result<(), Error> {
             )));
         }
     }
-    let modes = stages.iter().filter(|stage| stage.name() == "resonance");
-    if modes.count() > MODES {
-        return Err(place(0).error(format!("more than {MODES} stages resonance; keep {MODES}")));
+    for (name, most) in [("resonance", MODES), ("bouc-wen", ELEMENTS)] {
+        if stages.iter().filter(|stage| stage.name() == name).count() > most {
+            return Err(place(0).error(format!("more than {most} stages {name}; keep {most}")));
+        }
     }
     let core = |stage: &Stage| matches!(stage, Stage::Hysteresis(_) | Stage::ModifiedPlay(_));
     if stages.iter().any(core) {

@@ -44,7 +44,7 @@ impl Keep for Flash {
 }
 
 impl Replica {
-    /// As the firmware is after power-on. Its queues, some 10 KiB, are statics on the target and live
+    /// As the firmware is after power-on. Its queues, some 20 KiB, are statics on the target and live
     /// as long as the program here.
     ///
     /// # Errors
@@ -53,7 +53,9 @@ impl Replica {
         Self::start(Flash::default())
     }
 
-    /// As the firmware is after a reset: what was saved is in force, all else is gone.
+    /// As the firmware is after a reset: what was saved is in force, all else is gone. Its queues are new
+    /// ones, and the old ones stay: they refer into themselves, so that nothing short of `unsafe` could
+    /// free or reuse them, but a thread that has them on its stack, at the cost of a message each sample.
     ///
     /// # Errors
     /// None, as above.

@@ -17,6 +17,7 @@ use hysteron::effect::resonance::Resonance;
 use hysteron::effect::saturation::Saturation;
 use hysteron::effect::slew_limit::SlewLimit;
 use hysteron::error::{Field, ParameterError};
+use hysteron::hysteresis::bouc_wen::BoucWen;
 
 use crate::model_file::Stage;
 
@@ -57,6 +58,10 @@ fn add(
         Stage::AmplifierLag(lag) => effects.amplifier_lag = Some(Lag::new(lag.tau_s, h)?),
         Stage::TransportDelay(delay) => {
             effects.transport_delay = Some(Delay::new(delay.delay_s, h)?);
+        }
+        Stage::BoucWen(element) => {
+            let [weight, grow, shape] = [element.weight, element.grow_per_v, element.shape_per_v];
+            effects.elements.add(BoucWen::new(weight, grow, shape)?)?;
         }
         Stage::RateLaw(law) => effects.rate_law = Some(RatePower::new(law.exponent)?),
         Stage::Congruency(congruency) => {

@@ -144,7 +144,7 @@ fn the_stack_is_as_shown() {
         "from cycle to cycle is {} um. Both effects are missed when they are left out ({} and {} um",
         &[
             number(&found["gap"]["noise_floor"]),
-            number(&without["amplifier-lag"]),
+            number(&without["sensor-lag"]),
             number(&without["congruency"]),
         ],
     );

@@ -322,12 +322,12 @@ fn bad_descriptions() {
         (
             "file = \"a.csv\"",
             "file = \"b.csv\"",
-            "dataset.toml:7: record[0].file: \"b.csv\" is not there; name a CSV file in the data set's folder",
+            "dataset.toml:7: record[0].file: \"b.csv\" is not there; name a CSV, .npz or .npy file in the data set's folder",
         ),
         (
             "file = \"a.csv\"",
             "file = \"./\"",
-            "dataset.toml:7: record[0].file: \"./\" is a folder; name a CSV file in the data set's folder",
+            "dataset.toml:7: record[0].file: \"./\" is a folder; name a CSV, .npz or .npy file in the data set's folder",
         ),
         (
             "file = \"a.csv\"",
@@ -378,11 +378,11 @@ fn bad_paths() {
     let load = |name: &str| folder.message(&Dataset::load(folder.path(name)).unwrap_err());
     assert_eq!(
         load("nowhere"),
-        "nowhere: there is no such file or folder; name a folder with a dataset.toml, or one CSV file"
+        "nowhere: there is no such file or folder; name a folder with a dataset.toml, or one CSV, .npz or .npy file"
     );
     assert_eq!(
         load("."),
-        ".: the folder holds no dataset.toml; write one (see docs/dataset.md) or name one CSV file"
+        ".: the folder holds no dataset.toml; write one (see docs/dataset.md) or name one CSV, .npz or .npy file"
     );
     assert_eq!(
         load("latin.toml"),

@@ -1,8 +1,8 @@
 //! Model files: read, written, refused, built in.
 
 use hysteron_host::model_file::{
-    AmplifierLag, Asymmetry, BUILTIN_NAMES, Backlash, Congruency, Creep, Cubic, Drift, Harmonics,
-    Hysteresis, Interleaving, Law, MainsHum, ModelFile, ModifiedPlay, Output, Quadratic,
+    AmplifierLag, Asymmetry, BUILTIN_NAMES, Backlash, BoucWen, Congruency, Creep, Cubic, Drift,
+    Harmonics, Hysteresis, Interleaving, Law, MainsHum, ModelFile, ModifiedPlay, Output, Quadratic,
     Quantisation, RateLaw, Resonance, Saturation, SensorLag, SlewLimit, Stage, TransportDelay,
     TwoSided, builtin, load, parse, resolve,
 };
@@ -149,17 +149,17 @@ fn refusals() {
         (
             "name = \"hysteresis\"\n",
             "",
-            "m.toml:10: the stage has no name; give it one of saturation, slew-limit, amplifier-lag, transport-delay, hysteresis, rate-law, congruency, asymmetry, quadratic, cubic, backlash, resonance, creep, output-quadratic, output, interleaving, sensor-lag, drift, mains-hum, quantisation, modified-play",
+            "m.toml:10: the stage has no name; give it one of saturation, slew-limit, amplifier-lag, transport-delay, hysteresis, bouc-wen, rate-law, congruency, asymmetry, quadratic, cubic, backlash, resonance, creep, output-quadratic, output, interleaving, sensor-lag, drift, mains-hum, quantisation, modified-play",
         ),
         (
             "\"hysteresis\"",
             "\"squeak\"",
-            "m.toml:11: there is no stage \"squeak\"; the stages are saturation, slew-limit, amplifier-lag, transport-delay, hysteresis, rate-law, congruency, asymmetry, quadratic, cubic, backlash, resonance, creep, output-quadratic, output, interleaving, sensor-lag, drift, mains-hum, quantisation, modified-play",
+            "m.toml:11: there is no stage \"squeak\"; the stages are saturation, slew-limit, amplifier-lag, transport-delay, hysteresis, bouc-wen, rate-law, congruency, asymmetry, quadratic, cubic, backlash, resonance, creep, output-quadratic, output, interleaving, sensor-lag, drift, mains-hum, quantisation, modified-play",
         ),
         (
             "\"hysteresis\"",
             "3",
-            "m.toml:11: the stage's name is not a string; use one of saturation, slew-limit, amplifier-lag, transport-delay, hysteresis, rate-law, congruency, asymmetry, quadratic, cubic, backlash, resonance, creep, output-quadratic, output, interleaving, sensor-lag, drift, mains-hum, quantisation, modified-play",
+            "m.toml:11: the stage's name is not a string; use one of saturation, slew-limit, amplifier-lag, transport-delay, hysteresis, bouc-wen, rate-law, congruency, asymmetry, quadratic, cubic, backlash, resonance, creep, output-quadratic, output, interleaving, sensor-lag, drift, mains-hum, quantisation, modified-play",
         ),
         (
             "beta_s = 0.0008572",
@@ -219,12 +219,12 @@ fn refusals() {
         (
             "name = \"output\"\ngain_um_per_v = 12.5\noffset_um = -1e-7",
             "name = \"hysteresis\"\nthresholds_v = []\nweights = [1]\nbeta_s = 0",
-            "m.toml:21: stage hysteresis stands after asymmetry; the order is saturation, slew-limit, amplifier-lag, transport-delay, hysteresis, rate-law, congruency, asymmetry, quadratic, cubic, backlash, resonance, creep, output-quadratic, output, interleaving, sensor-lag, drift, mains-hum, quantisation",
+            "m.toml:21: stage hysteresis stands after asymmetry; the order is saturation, slew-limit, amplifier-lag, transport-delay, hysteresis, bouc-wen, rate-law, congruency, asymmetry, quadratic, cubic, backlash, resonance, creep, output-quadratic, output, interleaving, sensor-lag, drift, mains-hum, quantisation",
         ),
         (
             "name = \"hysteresis\"\nthresholds_v = [9.715, 19.43]\nweights = [0.7236, 0.2906, -0.0416]\nbeta_s = 0.0008572",
             "name = \"output\"\ngain_um_per_v = 1\noffset_um = 1",
-            "m.toml:15: stage asymmetry stands after output; the order is saturation, slew-limit, amplifier-lag, transport-delay, hysteresis, rate-law, congruency, asymmetry, quadratic, cubic, backlash, resonance, creep, output-quadratic, output, interleaving, sensor-lag, drift, mains-hum, quantisation",
+            "m.toml:15: stage asymmetry stands after output; the order is saturation, slew-limit, amplifier-lag, transport-delay, hysteresis, bouc-wen, rate-law, congruency, asymmetry, quadratic, cubic, backlash, resonance, creep, output-quadratic, output, interleaving, sensor-lag, drift, mains-hum, quantisation",
         ),
         (
             "[[stage]]\nname = \"hysteresis\"\nthresholds_v = [9.715, 19.43]\nweights = [0.7236, 0.2906, -0.0416]\nbeta_s = 0.0008572\n",
@@ -369,7 +369,16 @@ fn every_effect(numbers: &[f64]) -> [Vec<Stage>; 3] {
         Stage::TransportDelay(TransportDelay { delay_s: n(3) }),
     ];
     let mode = |f_n_hz, zeta| Stage::Resonance(Resonance { f_n_hz, zeta });
+    let element = |weight, grow_per_v, shape_per_v| {
+        Stage::BoucWen(BoucWen {
+            weight,
+            grow_per_v,
+            shape_per_v,
+        })
+    };
     let core = vec![
+        element(n(12), n(13), n(14)),
+        element(n(14), n(15), n(16)),
         Stage::RateLaw(RateLaw { exponent: n(4) }),
         Stage::Congruency(Congruency { kappa: n(5) }),
     ];

@@ -98,7 +98,10 @@ fn refusals() {
         message("none.csv"),
         "none.csv: cannot read: No such file or directory (os error 2); check the path and its permissions"
     );
-    assert_eq!(message("."), ".: is a folder; name a CSV file");
+    assert_eq!(
+        message("."),
+        ".: is a folder; name a CSV, .npz or .npy file"
+    );
 }
 
 #[test]

@@ -9,8 +9,8 @@ use hysteron_host::dataset::{Dataset, NewRecord, Role, add_record};
 use hysteron_host::link::model::{self, Choice};
 use hysteron_host::link::settings;
 use hysteron_host::model_file::{
-    Backlash, Congruency, Hysteresis, Interleaving, ModelFile, Quantisation, RateLaw, Saturation,
-    SensorLag, SlewLimit, Stage, builtin,
+    Backlash, BoucWen, Congruency, Hysteresis, Interleaving, ModelFile, Quantisation, RateLaw,
+    Saturation, SensorLag, SlewLimit, Stage, builtin,
 };
 use hysteron_host::pil::Hardware;
 
@@ -128,6 +128,14 @@ fn what_no_compensator_undoes_is_left_out_and_named() {
     for (stage, name) in [
         (Stage::RateLaw(RateLaw { exponent: 0.5 }), "rate-law"),
         (Stage::Congruency(Congruency { kappa: 0.01 }), "congruency"),
+        (
+            Stage::BoucWen(BoucWen {
+                weight: 0.1,
+                grow_per_v: 0.2,
+                shape_per_v: 0.0,
+            }),
+            "bouc-wen",
+        ),
     ] {
         let file = ModelFile::new("of its own law", vec![stage, hysteresis.clone()]);
         for choice in [choice, Choice::Explicit] {

@@ -9,7 +9,7 @@ use embedded_storage::nor_flash::{
 };
 use stm32f4::stm32f405::FLASH;
 
-use crate::board::watchdog;
+use crate::board::{Single, watchdog};
 
 const SECTOR_LEN: usize = 16 * 1024;
 const SECTORS: usize = 2;
@@ -23,9 +23,10 @@ const ERRORS: u32 = 0b1111_0010;
 pub struct Flash(());
 
 impl Flash {
-    /// The only one.
-    pub(super) fn new() -> Self {
-        Self(())
+    /// The only one, the first time.
+    pub(super) fn take() -> Option<Self> {
+        static FLASH: Single = Single::new();
+        FLASH.take(|| Self(()))
     }
 
     fn registers() -> &'static stm32f4::stm32f405::flash::RegisterBlock {

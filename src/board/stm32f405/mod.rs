@@ -123,9 +123,9 @@ impl Board for Hardware {
     #[cfg(feature = "qemu")]
     type Flash = &'static mut crate::store::RamFlash;
 
-    fn flash() -> Self::Flash {
+    fn flash() -> Option<Self::Flash> {
         #[cfg(not(feature = "qemu"))]
-        return flash::Flash::new();
+        return flash::Flash::take();
         #[cfg(feature = "qemu")]
         super::pil::flash()
     }

@@ -13,7 +13,7 @@ use embedded_storage::nor_flash::{
 use stm32h7::stm32h743v::FLASH;
 use stm32h7::stm32h743v::flash::BANK;
 
-use crate::board::watchdog;
+use crate::board::{Single, watchdog};
 
 const SECTOR_LEN: usize = 128 * 1024;
 const SECTORS: usize = 2;
@@ -32,9 +32,10 @@ const PARALLEL: u8 = 0b10;
 pub struct Flash(());
 
 impl Flash {
-    /// The only one.
-    pub(super) fn new() -> Self {
-        Self(())
+    /// The only one, the first time.
+    pub(super) fn take() -> Option<Self> {
+        static FLASH: Single = Single::new();
+        FLASH.take(|| Self(()))
     }
 
     fn bank() -> &'static BANK {

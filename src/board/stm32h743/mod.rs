@@ -115,8 +115,8 @@ impl Board for Hardware {
     type Uart = Usart1;
     type Flash = flash::Flash;
 
-    fn flash() -> Self::Flash {
-        flash::Flash::new()
+    fn flash() -> Option<Self::Flash> {
+        flash::Flash::take()
     }
 
     fn start(settings: &Valid) -> (Self, Self::Sampling) {

@@ -75,25 +75,36 @@ pub fn records(
         let (mut pieces, note) = pieces(source, survey, share);
         notes.push(note);
         read(source, survey, &mut pieces, progress)?;
-        let first = records.len();
-        for piece in pieces {
-            let [time_s, drive_v, displacement_um] = piece.columns;
-            if time_s.len() < MIN_SAMPLES {
-                continue;
-            }
-            records.push(Record {
-                name: piece.name,
-                role: piece.role,
-                start_s: time_s[0],
-                sample_time_s: survey.sample_time_s() * (1u64 << piece.scale) as f64,
-                time_s,
-                drive_v,
-                displacement_um,
-                continues: piece.continues.map(|before| first + before),
-            });
-        }
+        append(&mut records, pieces, survey.sample_time_s());
     }
     Ok((records, notes))
+}
+
+/// Adds the pieces of a file that are long enough; `sample_time_s` is that of the file.
+fn append(records: &mut Vec<Record>, pieces: Vec<Piece>, sample_time_s: f64) {
+    // Where each piece came to lie, if it did: one goes on from a piece, not from a record.
+    let mut placed: Vec<Option<usize>> = Vec::with_capacity(pieces.len());
+    for piece in pieces {
+        let [time_s, drive_v, displacement_um] = piece.columns;
+        if time_s.len() < MIN_SAMPLES {
+            placed.push(None);
+            continue;
+        }
+        let continues = piece
+            .continues
+            .and_then(|before| placed.get(before).copied()?);
+        placed.push(Some(records.len()));
+        records.push(Record {
+            name: piece.name,
+            role: piece.role,
+            start_s: time_s[0],
+            sample_time_s: sample_time_s * (1u64 << piece.scale) as f64,
+            time_s,
+            drive_v,
+            displacement_um,
+            continues,
+        });
+    }
 }
 
 /// What to keep of a file with a share of so many samples.
@@ -120,11 +131,19 @@ fn pieces(source: &Source, survey: &Survey, share: u64) -> (Vec<Piece>, String) 
             "{note} What is slower is seen in {} over the whole, in which what is faster is lost.",
             means(scale)
         );
-        let mut both = overview(source, survey, scale, ", overview");
-        both.append(&mut found);
-        found = both;
+        found = joined(overview(source, survey, scale, ", overview"), found);
     }
     (found, note)
+}
+
+/// Pieces and others behind them, which go on from each other as before.
+fn joined(mut pieces: Vec<Piece>, others: Vec<Piece>) -> Vec<Piece> {
+    let first = pieces.len();
+    pieces.extend(others.into_iter().map(|piece| Piece {
+        continues: piece.continues.map(|before| first + before),
+        ..piece
+    }));
+    pieces
 }
 
 fn needed(rows: u64, share: u64) -> u32 {
@@ -259,4 +278,41 @@ fn read(
         return Err(place.error(off_grid(worst.0, mean)));
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Pieces of so many samples, each of which goes on from the one before.
+    fn chained(lengths: &[usize]) -> Vec<Piece> {
+        let piece = |(index, &length): (usize, &usize)| {
+            let mut piece = Piece::new(index.to_string(), Role::Fit, 0..length as u64, 0);
+            piece.continues = index.checked_sub(1);
+            (0..length).for_each(|k| piece.take([k as f64, 0.0, 0.0]));
+            piece
+        };
+        lengths.iter().enumerate().map(piece).collect()
+    }
+
+    fn continued(records: &[Record]) -> Vec<Option<usize>> {
+        records.iter().map(|record| record.continues).collect()
+    }
+
+    #[test]
+    fn a_piece_goes_on_from_the_record_that_the_one_before_became() {
+        let (long, short) = (MIN_SAMPLES, MIN_SAMPLES - 1);
+        let mut records = Vec::new();
+        append(&mut records, chained(&[short, long, long]), 1.0);
+        assert_eq!(continued(&records), [None, Some(0)]);
+        append(&mut records, chained(&[long, short, long, long]), 1.0);
+        assert_eq!(
+            continued(&records[2..]),
+            [None, None, Some(3)],
+            "nothing is known of what was too short"
+        );
+        let both = joined(chained(&[long, short]), chained(&[long, long]));
+        append(&mut records, both, 1.0);
+        assert_eq!(continued(&records[5..]), [None, None, Some(6)]);
+    }
 }

@@ -40,7 +40,7 @@ pub(super) struct Plan {
 pub(super) struct Source {
     pub(super) file: PathBuf,
     pub(super) name: String,
-    /// Its role; `None` for a CSV alone, which is shared out between the three.
+    /// Its role; `None` for a file alone, which is shared out between the three.
     pub(super) role: Option<Role>,
     pub(super) layout: Layout,
 }
@@ -190,19 +190,19 @@ impl Long {
 }
 
 impl Whole<'_> {
-    /// Hands each drive (V) and displacement (um) to `take`, in order.
+    /// Hands each drive (V) and displacement (um) to `take`, in order, until it refuses one.
     ///
     /// # Errors
-    /// A file that has changed since it was read first.
+    /// What `take` refused; a file that has changed since it was read first.
     pub fn each(
         &self,
         progress: &dyn Fn(&str),
-        mut take: impl FnMut(f64, f64),
+        mut take: impl FnMut(f64, f64) -> Result<(), Error>,
     ) -> Result<(), Error> {
         let mut rows = Rows::open(self.source, "scoring", progress)?;
         let mut count = 0;
         while let Some((_, [_, drive, displacement])) = rows.next()? {
-            take(drive, displacement);
+            take(drive, displacement)?;
             count += 1;
         }
         if count != self.samples {

@@ -29,7 +29,7 @@ impl JointFit<'_> {
     /// Numbers that the core refuses.
     pub fn settle(&self, joint: &mut Joint, settled: f64) -> Result<(), Error> {
         for round in 1.. {
-            let all = joint.core.thresholds.clone();
+            let all = joint.core.clone();
             joint.core = joint.core.active();
             self.descend(joint, settled)?;
             joint.core = joint.core.among(&all);

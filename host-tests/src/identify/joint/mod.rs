@@ -5,6 +5,7 @@
 //! bent itself towards them.
 
 mod blocks;
+mod bouc_wen;
 mod descend;
 mod frame;
 mod intervals;
@@ -14,11 +15,14 @@ mod simulate;
 mod solve;
 mod terms;
 
+pub use bouc_wen::Element;
 pub use descend::SETTLED;
 pub use intervals::Interval;
 pub use screen::Lead;
 pub use simulate::Core;
 pub use terms::Terms;
+
+use hysteron::hysteresis::elements::ELEMENTS;
 
 use crate::dataset::Role;
 use crate::error::Error;
@@ -58,7 +62,7 @@ impl Joint {
                 thresholds: self.core.thresholds.clone(),
                 beta: self.core.beta,
             },
-            weights: self.core.weights.clone(),
+            weights: self.core.weights[..=self.core.thresholds.len()].to_vec(),
             map: None,
             rms: self.rms,
         };
@@ -93,6 +97,16 @@ impl<'a> JointFit<'a> {
         self.runs
     }
 
+    /// Widest threshold, in volts, of a play that moves: along a session that began at zero, each that the
+    /// drive ever reaches.
+    pub fn widest(&self) -> f64 {
+        if self.runs.is_session() {
+            self.seen.threshold_v.max(self.seen.drive_v)
+        } else {
+            self.seen.threshold_v
+        }
+    }
+
     /// Even thresholds up to the widest that the records can show.
     pub fn even_thresholds(&self, plays: usize) -> Vec<f64> {
         let widest = self.seen.threshold_v;
@@ -101,18 +115,24 @@ impl<'a> JointFit<'a> {
             .collect()
     }
 
-    /// Fits the weights alone, for given thresholds and effects.
+    /// Fits the weights alone, for given thresholds, elements and effects.
     ///
     /// # Errors
     /// Numbers that the core refuses.
-    pub fn weights(&self, thresholds: Vec<f64>, terms: Terms) -> Result<Joint, Error> {
-        let mut weights = vec![0.0; thresholds.len() + 1];
+    pub fn weights(
+        &self,
+        thresholds: Vec<f64>,
+        elements: Vec<Element>,
+        terms: Terms,
+    ) -> Result<Joint, Error> {
+        let mut weights = vec![0.0; thresholds.len() + 1 + elements.len()];
         weights[0] = self.runs.mean_gain();
         let beta = terms.beta(&self.seen);
         let core = Core {
             thresholds,
             weights,
             beta,
+            elements,
         };
         let rms = self.rms(&core, &terms, Role::Fit)?;
         let mut joint = Joint { core, terms, rms };
@@ -166,8 +186,8 @@ impl<'a> JointFit<'a> {
         Ok(left)
     }
 
-    /// Takes plays without weight out and puts new ones halfway to the neighbours of the others, so
-    /// that thresholds which no even spread holds are met; then fits all again.
+    /// Takes plays and elements without weight out and puts new ones halfway to the neighbours of the
+    /// others, so that thresholds which no even spread holds are met; then fits all again.
     ///
     /// # Errors
     /// Numbers that the core refuses.
@@ -180,26 +200,57 @@ impl<'a> JointFit<'a> {
             }
             let below = if i > 0 { core.thresholds[i - 1] } else { 0.0 };
             let above = core.thresholds.get(i + 1).copied();
-            let above = above.unwrap_or(r + (r - below)).min(self.seen.threshold_v);
+            let above = above.unwrap_or(r + (r - below)).min(self.widest());
             thresholds.extend([0.5 * (below + r), r, 0.5 * (r + above)]);
         }
         thresholds.sort_by(f64::total_cmp);
         let apart = 1e-4 * self.seen.threshold_v;
         thresholds.retain(|&r| r > apart);
         thresholds.dedup_by(|a, b| (*a - *b).abs() < apart);
+        if thresholds.is_empty() && !core.elements.is_empty() {
+            thresholds.clone_from(&core.thresholds);
+        }
         if thresholds.is_empty() || thresholds.len() > most {
             return Ok(());
         }
         let mut sharper = joint.clone();
+        sharper.core.elements = closer(core);
+        let unknowns = thresholds.len() + 1 + sharper.core.elements.len();
         sharper.core.thresholds = thresholds;
-        sharper.core.weights = vec![0.0; sharper.core.thresholds.len() + 1];
+        sharper.core.weights = vec![0.0; unknowns];
         (sharper.core.weights, _) = self.weigh(&sharper)?;
         sharper.rms = self.rms(&sharper.core, &sharper.terms, Role::Fit)?;
         self.settle(&mut sharper, SETTLED.0)?;
+        if core.elements.len() <= ELEMENTS {
+            self.merge(&mut sharper)?;
+        }
         if sharper.rms < joint.rms {
             *joint = sharper;
         }
         Ok(())
+    }
+
+    /// As few elements as a model has room for in place of more, fitted anew.
+    ///
+    /// # Errors
+    /// Numbers that the core refuses.
+    pub fn merge(&self, joint: &mut Joint) -> Result<(), Error> {
+        let core = joint.core.active();
+        let of_elements = core.weights.iter().skip(core.thresholds.len() + 1);
+        let all: Vec<_> = core
+            .elements
+            .iter()
+            .copied()
+            .zip(of_elements.copied())
+            .collect();
+        if all.len() <= ELEMENTS {
+            return Ok(());
+        }
+        joint.core.elements = Element::merged(all, ELEMENTS);
+        joint.core.weights = vec![0.0; joint.core.thresholds.len() + 1 + ELEMENTS];
+        (joint.core.weights, _) = self.weigh(joint)?;
+        joint.rms = self.rms(&joint.core, &joint.terms, Role::Fit)?;
+        self.settle(joint, SETTLED.0)
     }
 
     fn own_offset(&self, frame: &Frame<'_>) -> bool {
@@ -273,4 +324,15 @@ impl<'a> JointFit<'a> {
             })
             .collect()
     }
+}
+
+/// The elements of a core that have weight, among their neighbours.
+fn closer(core: &Core) -> Vec<Element> {
+    let mut all: Vec<Element> = Vec::new();
+    for element in core.active().elements.into_iter().flat_map(Element::closer) {
+        if !all.iter().any(|other| other.is_near(&element)) {
+            all.push(element);
+        }
+    }
+    all
 }

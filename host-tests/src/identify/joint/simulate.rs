@@ -4,10 +4,13 @@
 //! the plays once, what comes behind them for the displacement and for each derivative. A test holds
 //! the result against the chain of the core.
 
+use std::iter;
+
 use hysteron::play::{Envelope, play};
 
 use super::super::start::Start;
 use super::blocks::Blocks;
+use super::bouc_wen::{Element, Moving};
 use super::frame::Frame;
 
 /// The hysteresis: thresholds in volts, weights in um/V.
@@ -15,10 +18,12 @@ use super::frame::Frame;
 pub struct Core {
     /// `alpha_1..alpha_n` in volts, increasing.
     pub thresholds: Vec<f64>,
-    /// `a_0..a_n` in um/V.
+    /// `a_0..a_n` in um/V, then the weights of the elements.
     pub weights: Vec<f64>,
     /// Rate coefficient in seconds.
     pub beta: f64,
+    /// What is no play.
+    pub elements: Vec<Element>,
 }
 
 /// Rows of derivatives by the weights: of every sample, or where nothing behind the hysteresis
@@ -54,10 +59,11 @@ pub fn at_actuator(blocks: &Blocks, frame: &Frame<'_>) -> Vec<f64> {
 /// Plays that are moved together.
 const LANES: usize = 8;
 
-/// The plays of a core, filled up to whole lanes with plays that never move.
+/// The plays of a core, filled up to whole lanes with plays that never move, and its elements.
 struct Bank {
     lanes: Vec<Lane>,
     plays: usize,
+    elements: Moving,
 }
 
 #[derive(Clone, Copy)]
@@ -68,7 +74,7 @@ struct Lane {
 }
 
 impl Bank {
-    fn new(core: &Core) -> Self {
+    fn new(core: &Core, first_v: f64) -> Self {
         let idle = Lane {
             thresholds: [f64::INFINITY; LANES],
             weights: [0.0; LANES],
@@ -81,22 +87,42 @@ impl Bank {
             lanes[i / LANES].thresholds[i % LANES] = r;
             lanes[i / LANES].weights[i % LANES] = a;
         }
-        Self { lanes, plays }
+        let weights = core.weights.get(plays + 1..).unwrap_or_default();
+        Self {
+            lanes,
+            plays,
+            elements: Moving::new(&core.elements, weights, first_v),
+        }
     }
 
-    fn set(&mut self, outputs: impl Iterator<Item = f64>) {
-        for (i, z) in outputs.take(self.plays).enumerate() {
+    /// Goes on from where a bank was left.
+    fn set(&mut self, mut state: impl Iterator<Item = f64>) {
+        self.set_plays(state.by_ref().take(self.plays));
+        self.elements.set(state);
+    }
+
+    fn set_plays(&mut self, outputs: impl Iterator<Item = f64>) {
+        for (i, z) in outputs.enumerate() {
             self.lanes[i / LANES].outputs[i % LANES] = z;
         }
     }
 
-    fn outputs(&self) -> impl Iterator<Item = f64> {
+    fn state(&self) -> impl Iterator<Item = f64> {
+        self.plays().chain(self.elements.state())
+    }
+
+    fn plays(&self) -> impl Iterator<Item = f64> {
         let all = self.lanes.iter().flat_map(|lane| lane.outputs);
         all.take(self.plays)
     }
 
+    fn outputs(&self) -> impl Iterator<Item = f64> {
+        self.plays().chain(self.elements.outputs())
+    }
+
     #[inline]
-    fn step(&mut self, envelope: Envelope<f64>) {
+    fn step(&mut self, drive_v: f64, envelope: Envelope<f64>) {
+        self.elements.step(drive_v, envelope);
         for lane in &mut self.lanes {
             for (z, r) in lane.outputs.iter_mut().zip(lane.thresholds) {
                 *z = play(*z, envelope, r);
@@ -104,7 +130,7 @@ impl Bank {
         }
     }
 
-    /// Sum of the plays with their weights.
+    /// Sum of all with their weights.
     #[inline]
     fn sum(&self) -> f64 {
         let mut sums = [0.0; LANES];
@@ -113,7 +139,7 @@ impl Bank {
                 *sum += a * z;
             }
         }
-        sums.iter().sum()
+        sums.iter().sum::<f64>() + self.elements.sum()
     }
 }
 
@@ -131,11 +157,11 @@ fn walk(
         return;
     };
     let start = frame.run.start;
-    let mut bank = Bank::new(core);
-    if start == Start::Carried && plays.len() == core.thresholds.len() {
+    let mut bank = Bank::new(core, first);
+    if start == Start::Carried && !plays.is_empty() {
         bank.set(plays.iter().copied());
     } else {
-        bank.set(core.thresholds.iter().map(|&r| start.play(first, r).0));
+        bank.set_plays(core.thresholds.iter().map(|&r| start.play(first, r).0));
     }
     let per_step = 1.0 / frame.run.sample_time_s;
     let law = |rate: f64| match &blocks.effects.rate_law {
@@ -149,17 +175,20 @@ fn walk(
         for &u in drive {
             let half_width = law((u - before).abs() * per_step);
             before = u;
-            bank.step(Envelope {
-                lo: u - half_width,
-                hi: u + half_width,
-            });
+            bank.step(
+                u,
+                Envelope {
+                    lo: u - half_width,
+                    hi: u + half_width,
+                },
+            );
             if round == rounds {
                 each(u, &bank);
             }
         }
     }
     plays.clear();
-    plays.extend(bank.outputs());
+    plays.extend(bank.state());
 }
 
 /// Output of the hysteresis in um.
@@ -190,7 +219,7 @@ pub fn hysteresis_and_columns(
     plays: &mut Vec<f64>,
 ) -> (Vec<f64>, Columns) {
     let direct = core.direct();
-    let width = core.thresholds.len() + 1;
+    let width = core.weights.len();
     let samples = (!blocks.remember_behind())
         .then(|| frame.rows.iter().map(|&(k, _)| k).collect::<Vec<usize>>());
     let rows = samples.as_ref().map_or(drive.len(), Vec::len);
@@ -229,33 +258,57 @@ impl Core {
         self.weights.first().copied().unwrap_or_default()
     }
 
-    /// Without the plays that have no weight.
+    /// How many of the weights are those of the drive and the plays.
+    fn split(&self) -> usize {
+        self.thresholds.len() + 1
+    }
+
+    /// Without the plays and elements that have no weight.
     pub fn active(&self) -> Self {
-        let weights = self.weights.iter().skip(1);
-        let (thresholds, weights): (Vec<f64>, Vec<f64>) = self
+        let weights = |from: usize| self.weights.iter().skip(from).copied();
+        let (thresholds, of_plays): (Vec<f64>, Vec<f64>) = self
             .thresholds
             .iter()
-            .zip(weights)
-            .filter(|&(_, &a)| a != 0.0)
+            .zip(weights(1))
+            .filter(|&(_, a)| a != 0.0)
             .unzip();
+        let (elements, of_elements): (Vec<Element>, Vec<f64>) = self
+            .elements
+            .iter()
+            .zip(weights(self.split()))
+            .filter(|&(_, a)| a != 0.0)
+            .unzip();
+        let direct = iter::once(self.direct());
         Self {
             thresholds,
-            weights: std::iter::once(self.direct()).chain(weights).collect(),
+            weights: direct.chain(of_plays).chain(of_elements).collect(),
             beta: self.beta,
+            elements,
         }
     }
 
-    /// The same among more plays; those whose thresholds it does not have get no weight.
-    pub fn among(&self, thresholds: &[f64]) -> Self {
-        let weight = |r: &f64| {
-            let place = self.thresholds.iter().position(|mine| mine == r);
-            place.and_then(|i| self.weights.get(i + 1)).copied()
+    /// The same among the plays and elements of another one; those that it does not have get no weight.
+    pub fn among(&self, all: &Self) -> Self {
+        let weight = |place: Option<usize>, from: usize| {
+            let found = place.and_then(|i| self.weights.get(from + i));
+            found.copied().unwrap_or(0.0)
         };
-        let weights = thresholds.iter().map(|r| weight(r).unwrap_or(0.0));
+        let plays = all
+            .thresholds
+            .iter()
+            .map(|r| weight(self.thresholds.iter().position(|mine| mine == r), 1));
+        let elements = all.elements.iter().map(|e| {
+            let place = self.elements.iter().position(|mine| mine == e);
+            weight(place, self.split())
+        });
         Self {
-            thresholds: thresholds.to_vec(),
-            weights: std::iter::once(self.direct()).chain(weights).collect(),
+            thresholds: all.thresholds.clone(),
+            weights: iter::once(self.direct())
+                .chain(plays)
+                .chain(elements)
+                .collect(),
             beta: self.beta,
+            elements: all.elements.clone(),
         }
     }
 }

@@ -7,7 +7,8 @@
 //! ```
 //!
 //! `Psi^-1` is the explicit inverse or that with a preview; with a congruency it is solved from the
-//! plays as they stand. A rate law or a congruency leave the preview aside: it is for the linear law.
+//! plays as they stand, with elements of Bouc and Wen it is searched for. A rate law, a congruency or
+//! elements leave the preview aside: it is for plays of the linear law.
 //! The amplifier's limits have no inverse, and what only the sensor sees is no motion: saturation, slew
 //! limit, sensor lag, drift, hum and quantisation are passed over.
 //!
@@ -21,10 +22,11 @@
 //! the modes and lags of the stage attenuate, but of that all: a reference whose second derivative
 //! leaps makes the drive leap behind a mode, so references start and stop smoothly.
 
+mod hysteresis;
+
 use crate::chain::{CREEP_DECADES, Chain, DELAY_SPAN, Effects, MODES};
 use crate::effect::asymmetry::Asymmetry;
 use crate::effect::backlash::{Backlash, BacklashInverse};
-use crate::effect::congruency::Congruency;
 use crate::effect::creep::{Creep, CreepState};
 use crate::effect::cubic::Cubic;
 use crate::effect::delay::{AdvanceState, Delay};
@@ -34,16 +36,17 @@ use crate::effect::lag::Lag;
 use crate::effect::quadratic::Quadratic;
 use crate::effect::rate_power::RatePower;
 use crate::effect::resonance::Resonance;
-use crate::error::{Field, ParameterError, SampleError};
-use crate::hysteresis::preview::{PreviewInverse, PreviewSettings, PreviewState};
-use crate::hysteresis::{RateDependentPi, State};
+use crate::error::{ParameterError, SampleError};
+use crate::hysteresis::RateDependentPi;
+use crate::hysteresis::preview::PreviewSettings;
 use crate::math::Real;
+use hysteresis::{Hysteresis, HysteresisState};
 
 /// Inverse of a [`Chain`], with a window of up to `WINDOW` samples where the hysteresis is inverted
 /// with a preview.
 ///
-/// Rate laws and congruencies are undone `WITH_LAWS` only: they divide and take powers in each sample,
-/// which a target that has no use for them need not carry.
+/// Rate laws, congruencies and elements are undone `WITH_LAWS` only: they divide and take powers in each
+/// sample, which a target that has no use for them need not carry.
 #[derive(Clone, Copy, Debug)]
 pub struct Cascade<
     T,
@@ -94,19 +97,6 @@ impl<T: Real> Undone<T> {
     }
 }
 
-/// How the hysteresis is inverted.
-#[derive(Clone, Copy, Debug)]
-#[allow(
-    clippy::large_enum_variant,
-    reason = "there is no heap to put the larger one on"
-)]
-enum Hysteresis<T, const N: usize, const WINDOW: usize> {
-    Explicit(RateDependentPi<T, N>),
-    Preview(PreviewInverse<T, N, WINDOW>),
-    /// The operator itself, solved.
-    Congruent(RateDependentPi<T, N>, Congruency<T>),
-}
-
 /// State of a cascade.
 #[derive(Clone, Copy, Debug)]
 pub struct CascadeState<T, const N: usize, const WINDOW: usize> {
@@ -119,57 +109,32 @@ pub struct CascadeState<T, const N: usize, const WINDOW: usize> {
     advance: Option<AdvanceState<T>>,
 }
 
-#[derive(Clone, Copy, Debug)]
-#[allow(
-    clippy::large_enum_variant,
-    reason = "there is no heap to put the larger one on"
-)]
-enum HysteresisState<T, const N: usize, const WINDOW: usize> {
-    Explicit(State<T, N>),
-    Preview(PreviewState<T, N, WINDOW>),
-    Congruent { plays: [T; N], previous: T },
-}
-
 impl<T: Real, const N: usize, const M: usize, const WINDOW: usize, const WITH_LAWS: bool>
     Cascade<T, N, M, WINDOW, WITH_LAWS>
 {
-    /// The inverse of `chain`; of its hysteresis with a preview where `preview` says how and neither a
-    /// rate law nor a congruency stands against it.
+    /// The inverse of `chain`; of its hysteresis with a preview where `preview` says how and no rate law,
+    /// congruency or element stands against it.
     ///
     /// # Errors
-    /// A parameter of an inverse that leaves the range of `T`; those of
-    /// [`PreviewInverse::new`] and [`Congruency::check`]; a rate law or a congruency without
-    /// `WITH_LAWS`.
+    /// A parameter of an inverse that leaves the range of `T`; plays, a congruency or elements that cannot be
+    /// inverted; a rate law, a congruency or elements without `WITH_LAWS`.
     pub fn new(
         chain: &Chain<T, N, M>,
         preview: Option<PreviewSettings>,
     ) -> Result<Self, ParameterError> {
         let (model, effects) = (chain.model(), chain.effects());
         let operator = model.hysteresis();
-        if !WITH_LAWS && effects.rate_law.is_some() {
-            return Err(ParameterError::NotSupported(Field::Exponent));
-        }
-        if !WITH_LAWS && effects.congruency.is_some() {
-            return Err(ParameterError::NotSupported(Field::Kappa));
-        }
-        let preview = preview.filter(|_| effects.rate_law.is_none());
-        let hysteresis = match (&effects.congruency, preview) {
-            (Some(congruency), _) if WITH_LAWS => {
-                congruency.check(operator)?;
-                Hysteresis::Congruent(*operator, *congruency)
-            }
-            (_, None) => Hysteresis::Explicit(operator.inverse()?),
-            (_, Some(settings)) => Hysteresis::Preview(PreviewInverse::new(operator, settings)?),
-        };
+        let hysteresis = Hysteresis::new::<WITH_LAWS>(operator, effects, preview)?;
         let bank = operator.bank().weights();
-        let weights = bank.iter().fold(operator.weight_0(), |sum, &a| sum + a);
+        let elements = operator.weight_0() + effects.elements.weight();
+        let weights = bank.iter().fold(elements, |sum, &a| sum + a);
         Ok(Self {
             offset: model.offset(),
             per_gain: T::ONE / model.gain(),
             per_static_gain: T::ONE / (model.gain() * weights),
             effects: Undone::new(effects),
             asymmetry: model.asymmetry().map(Asymmetry::inverse).transpose()?,
-            latency: latency(&Undone::new(effects), &hysteresis),
+            latency: latency(&Undone::new(effects)) + hysteresis.latency(),
             hysteresis,
         })
     }
@@ -248,23 +213,15 @@ impl<T: Real, const N: usize, const M: usize, const WINDOW: usize, const WITH_LA
         Ok(u)
     }
 
-    /// The hysteresis operator whose plays [`Cascade::plays`] are: the inverse one, with a congruency that
-    /// of the model.
+    /// The hysteresis operator whose plays [`Cascade::plays`] are: the inverse one, with a congruency or
+    /// elements that of the model.
     pub fn inverse(&self) -> &RateDependentPi<T, N> {
-        match &self.hysteresis {
-            Hysteresis::Explicit(inverse) => inverse,
-            Hysteresis::Preview(preview) => preview.inverse(),
-            Hysteresis::Congruent(operator, _) => operator,
-        }
+        self.hysteresis.operator()
     }
 
     /// Outputs of the inverse plays at the latest drive, entries beyond their number of no account.
     pub fn plays(&self, state: &mut CascadeState<T, N, WINDOW>) -> [T; N] {
-        match &mut state.hysteresis {
-            HysteresisState::Explicit(at) => at.plays().outputs(self.inverse().bank()),
-            HysteresisState::Preview(at) => *at.plays(),
-            HysteresisState::Congruent { plays, .. } => *plays,
-        }
+        self.hysteresis.plays(&mut state.hysteresis)
     }
 
     /// Puts the inverse plays elsewhere, one output a play; [`Cascade::rest_at`] comes next.
@@ -276,19 +233,7 @@ impl<T: Real, const N: usize, const M: usize, const WINDOW: usize, const WITH_LA
         state: &mut CascadeState<T, N, WINDOW>,
         outputs: &[T],
     ) -> Result<(), ParameterError> {
-        let inverse = self.inverse();
-        match &mut state.hysteresis {
-            HysteresisState::Explicit(at) => *at = inverse.start_from(T::ZERO, outputs)?,
-            HysteresisState::Preview(at) => {
-                inverse.bank().check_outputs(outputs)?;
-                put(at.plays(), outputs);
-            }
-            HysteresisState::Congruent { plays, .. } => {
-                inverse.bank().check_outputs(outputs)?;
-                put(plays, outputs);
-            }
-        }
-        Ok(())
+        self.hysteresis.put_plays(&mut state.hysteresis, outputs)
     }
 
     /// Drive (V) for the reference sample (um) of [`Cascade::latency`] samples ago.
@@ -380,97 +325,9 @@ impl<T: Real, const N: usize, const M: usize, const WINDOW: usize, const WITH_LA
     }
 }
 
-impl<T: Real, const N: usize, const WINDOW: usize> Hysteresis<T, N, WINDOW> {
-    fn start(&self, w: T) -> HysteresisState<T, N, WINDOW> {
-        match self {
-            Self::Explicit(inverse) => HysteresisState::Explicit(inverse.start(w)),
-            Self::Preview(preview) => HysteresisState::Preview(preview.start(w)),
-            Self::Congruent(..) => HysteresisState::Congruent {
-                plays: [T::ZERO; N],
-                previous: w,
-            },
-        }
-    }
-
-    /// The drive for the next input, `at_rest` if it has rested there until now.
-    // Not inlined, nor are the maps: each is met in several places, and large.
-    #[inline(never)]
-    fn step<const WITH_LAWS: bool>(
-        &self,
-        state: &mut HysteresisState<T, N, WINDOW>,
-        law: Option<&RatePower<T>>,
-        w: T,
-        at_rest: bool,
-    ) -> Result<T, SampleError> {
-        match (self, state) {
-            (Self::Explicit(inverse), HysteresisState::Explicit(at)) => {
-                if at_rest {
-                    at.rest_at(w);
-                }
-                Ok(match law {
-                    Some(law) if WITH_LAWS => {
-                        let rate = (w - at.previous()) / inverse.sample_time();
-                        inverse.step_with_rate(at, w, law.step(rate))
-                    }
-                    _ => inverse.step(at, w),
-                })
-            }
-            (Self::Preview(inverse), HysteresisState::Preview(at)) => {
-                Ok(look_ahead(inverse, at, w, at_rest))
-            }
-            (
-                Self::Congruent(operator, congruency),
-                HysteresisState::Congruent { plays, previous },
-            ) if WITH_LAWS => {
-                if at_rest {
-                    *previous = w;
-                }
-                let rate = ((w - *previous) / operator.sample_time()).abs();
-                *previous = w;
-                let opened = match law {
-                    Some(law) => law.step(rate),
-                    None => rate,
-                };
-                let half_width = operator.beta() * opened;
-                Ok(congruency.step_inverse(operator, plays, w, half_width))
-            }
-            // A state of another cascade: there is no drive to give.
-            _ => Err(SampleError::NotFinite),
-        }
-    }
-}
-
-// By itself it keeps its registers.
-#[inline(never)]
-fn look_ahead<T: Real, const N: usize, const WINDOW: usize>(
-    inverse: &PreviewInverse<T, N, WINDOW>,
-    state: &mut PreviewState<T, N, WINDOW>,
-    w: T,
-    at_rest: bool,
-) -> T {
-    if at_rest {
-        inverse.rest_at(state, w)
-    } else {
-        inverse.step(state, w)
-    }
-}
-
-fn put<T: Copy>(plays: &mut [T], outputs: &[T]) {
-    for (to, &from) in plays.iter_mut().zip(outputs) {
-        *to = from;
-    }
-}
-
-fn latency<T: Real, const N: usize, const WINDOW: usize>(
-    effects: &Undone<T>,
-    hysteresis: &Hysteresis<T, N, WINDOW>,
-) -> usize {
+fn latency<T: Real>(effects: &Undone<T>) -> usize {
     let modes = effects.resonances.iter().flatten().count();
-    let hysteresis = match hysteresis {
-        Hysteresis::Explicit(_) | Hysteresis::Congruent(..) => 0,
-        Hysteresis::Preview(preview) => preview.latency(),
-    };
     let lag = effects.amplifier_lag.map_or(0, |_| Lag::<T>::LATENCY);
     let delay = effects.transport_delay.map_or(0, |d| d.latency());
-    modes * Resonance::<T>::LATENCY + hysteresis + lag + delay
+    modes * Resonance::<T>::LATENCY + lag + delay
 }

@@ -78,7 +78,9 @@ impl Page {
             .lines()
             .skip_while(|line| !line.starts_with(begins));
         assert!(heads.next().is_some(), "{}: no table {begins}", self.path);
-        let rows = heads.skip(1).take_while(|line| line.starts_with('|'));
+        // A table of a list stands further in.
+        let rows = heads.skip(1).map(str::trim);
+        let rows = rows.take_while(|line| line.starts_with('|'));
         rows.map(|line| {
             let cells = line.trim_matches('|').split('|');
             cells.map(|cell| cell.trim().to_owned()).collect()

@@ -109,7 +109,7 @@ fn whole_samples_and_sines_are_as_shown() {
         ("micromath `sin`, documented 2e-3", "micromath"),
     ];
     Page::read("docs/choices.md").table(
-        "  | sine on a period",
+        "| sine on a period",
         &sines.map(|(shown, name)| row(shown, bench.of(name))),
     );
 }

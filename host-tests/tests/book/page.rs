@@ -76,6 +76,7 @@ impl Page {
         let mut heads = self
             .text
             .lines()
+            .map(str::trim_start)
             .skip_while(|line| !line.starts_with(begins));
         assert!(heads.next().is_some(), "{}: no table {begins}", self.path);
         // A table of a list stands further in.

@@ -16,6 +16,7 @@ use super::progress;
 use super::say::{self, say};
 
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// Draws the effect that is hidden, and the stage that has it; if not given, from the clock
     #[arg(long, value_name = "S")]
@@ -24,6 +25,11 @@ pub struct Arguments {
     #[arg(long, value_name = "DIR", default_value = OUT)]
     out: PathBuf,
 }
+
+const EXAMPLES: &str = "\
+Examples:
+  hysteron demo
+  hysteron demo --seed 8 --out out/demo";
 
 const OUT: &str = "out/demo";
 

@@ -17,10 +17,17 @@ use crate::cli::say::{self, say};
 
 /// Reproduce a paper's experiments, or go beyond them.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     #[command(subcommand)]
     experiment: Experiment,
 }
+
+const EXAMPLES: &str = "\
+Examples:
+  hysteron experiment j --out out/j
+  hysteron experiment m --out out/m
+  hysteron experiment beyond --out out/beyond";
 
 #[derive(Debug, Subcommand)]
 enum Experiment {

@@ -19,6 +19,7 @@ use crate::cli::say::{self, say};
 ///
 /// Writes model.toml (the model), identification.json (figures) and report.html (plots).
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// A folder with a dataset.toml, or one CSV, .npz or .npy file with time, drive and displacement.
     data: PathBuf,
@@ -48,6 +49,12 @@ pub struct Arguments {
     #[arg(long, value_name = "N", default_value_t = long::MOST_SAMPLES)]
     samples: usize,
 }
+
+const EXAMPLES: &str = "\
+Examples:
+  hysteron identify measured/ --out out/stage
+  hysteron identify record.csv --plays 8 --out out/eight
+  hysteron identify measured/ --effects resonance,amplifier-lag --out out/stage";
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum EffectChoice {

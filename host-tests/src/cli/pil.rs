@@ -26,6 +26,7 @@ use crate::cli::say::{self, say};
 /// compensation, compares every sample with the host's own computation and writes pil.json and
 /// report.html. Needs qemu-system-arm and a compiler for thumbv7em-none-eabihf.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// The folder to write to.
     #[arg(long, value_name = "DIR", default_value = "out/pil")]
@@ -50,6 +51,12 @@ pub struct Arguments {
     #[arg(long, value_name = "REF.csv", requires = "model")]
     reference: Option<PathBuf>,
 }
+
+const EXAMPLES: &str = "\
+Examples:
+  hysteron pil --out out/pil
+  hysteron pil --serve tcp:127.0.0.1:5000
+  hysteron pil --model out/stage/model.toml --extended out/found/model.toml --reference scan.csv";
 
 /// Builds, runs, writes; or serves until Ctrl-C.
 pub fn run(arguments: &Arguments) -> Result<(), Error> {

@@ -17,6 +17,7 @@ use hysteron_host::link::{self, Client};
 ///
 /// Ctrl-C while something is played or recorded tells the output to stop and leaves no half file.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// A serial device, tcp:HOST:PORT or unix:PATH.
     #[arg(long, value_name = "P")]
@@ -24,6 +25,13 @@ pub struct Arguments {
     #[command(subcommand)]
     action: Action,
 }
+
+const EXAMPLES: &str = "\
+Examples:
+  hysteron link --port /dev/ttyUSB0 info
+  hysteron link --port /dev/ttyUSB0 record --out measured --excitation sine --amplitude 5
+  hysteron link --port /dev/ttyUSB0 upload out/stage/model.toml --inverse preview
+  hysteron link --port tcp:127.0.0.1:5000 stream scan.csv --stop";
 
 #[derive(Debug, Subcommand)]
 enum Action {

@@ -224,17 +224,14 @@ impl<T: Real, const N: usize, const M: usize> Chain<T, N, M> {
             let rate = (u - state.previous()) / operator.sample_time();
             law.step(rate)
         });
-        let added = if self.effects.elements.is_empty() {
-            T::ZERO
-        } else {
-            let envelope = operator.envelope(state, u, rate);
-            self.effects.elements.step(elements, u, envelope)
+        let envelope = operator.envelope(state, u, rate);
+        let mut w = match rate {
+            Some(rate) => operator.step_with_rate(state, u, rate),
+            None => operator.step(state, u),
         };
-        let w = added
-            + match rate {
-                Some(rate) => operator.step_with_rate(state, u, rate),
-                None => operator.step(state, u),
-            };
+        if !self.effects.elements.is_empty() {
+            w = w + self.effects.elements.step(elements, u, envelope);
+        }
         match &self.effects.congruency {
             Some(congruency) => {
                 let direct = operator.weight_0() * u;

@@ -199,6 +199,9 @@ pub enum ParameterError {
     NotMonotone(Field, usize),
     /// An inverse that was built without the part that this parameter needs.
     NotSupported(Field),
+    /// The first entry must outweigh what falls against the drive: elements right after a turn, negative
+    /// entries.
+    Outweighed(Field),
 }
 
 impl fmt::Display for ParameterError {
@@ -253,6 +256,11 @@ impl fmt::Display for ParameterError {
             Self::NotSupported(field) => {
                 write!(f, "{}: this inverse was built without it", field.key())
             }
+            Self::Outweighed(field) => write!(
+                f,
+                "{}[0]: must be larger than what elements and negative weights take away after a turn",
+                field.key()
+            ),
             Self::NotMonotone(field, index) => write!(
                 f,
                 "{}[{index}]: the sum up to this entry must have the sign of the first one and not \

@@ -62,7 +62,7 @@ fn plays_wider_than_every_loop_are_no_effect() {
         tier: Tier::Same,
         strength: 2.22,
         noise_percent: 0.0271,
-        protocol: Protocol::Slow,
+        protocol: Protocol::Full,
         rate_term: None,
     };
     let (_, found) = diagnosis(&case);

@@ -57,6 +57,12 @@ impl<T: Real> Congruency<T> {
         max(min(factor, T::from_f64(MOST)), T::from_f64(LEAST))
     }
 
+    /// The factor on the plays where the output is `w`.
+    #[inline(always)]
+    pub(crate) fn factor(&self, w: T) -> T {
+        Self::within(T::ONE + self.k * w)
+    }
+
     /// `w` from the part `a_0 u` of the drive and the sum `Z` of the plays.
     #[inline(always)]
     pub fn step(&self, direct: T, plays: T) -> T {
@@ -92,7 +98,7 @@ impl<T: Real> Congruency<T> {
         w: T,
         half_width: T,
     ) -> T {
-        let factor = Self::within(T::ONE + self.k * w);
+        let factor = self.factor(w);
         let bank = operator.bank();
         let (thresholds, weights) = (bank.thresholds(), bank.weights());
         let held = z

@@ -22,12 +22,17 @@ use crate::error::{Field, ParameterError};
 use crate::math::{Real, max, min};
 use crate::play::Envelope;
 
+/// Least `grow`, and least sum of `grow` and `shape`, over the magnitude of `shape`.
+const LEAST_GROW: f64 = 1e-4;
+
 /// An element.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BoucWen<T> {
     weight: T,
     grow: T,
     shape: T,
+    /// What z stays within, in V.
+    bound: T,
 }
 
 /// State of an element.
@@ -43,8 +48,8 @@ impl<T: Real> BoucWen<T> {
     /// An element of `weight` (V/V) with `grow` and `shape` in 1/V.
     ///
     /// # Errors
-    /// Numbers that are not finite, a weight below zero, a `grow` that is not positive or not larger than
-    /// `-shape`: z would not stay bounded.
+    /// Numbers that are not finite, a weight below zero, a `grow` that is not positive, hardly larger than
+    /// `-shape` or vanishes beside it: z would not stay bounded.
     pub fn new(weight: T, grow: T, shape: T) -> Result<Self, ParameterError> {
         let numbers = [
             (weight, Field::Weights),
@@ -59,13 +64,19 @@ impl<T: Real> BoucWen<T> {
         if weight < T::ZERO {
             return Err(ParameterError::Negative(Field::Weights));
         }
-        if grow <= T::ZERO || grow + shape <= T::ZERO {
-            return Err(ParameterError::NotPositive(Field::Grow));
+        let least = T::from_f64(LEAST_GROW) * shape.abs();
+        if grow <= least || grow + shape <= least {
+            return Err(ParameterError::TooSmall(Field::Grow));
+        }
+        let bound = T::ONE / (grow + shape);
+        if bound <= T::ZERO || !bound.is_finite() {
+            return Err(ParameterError::NotFinite(Field::Grow, 0));
         }
         Ok(Self {
             weight,
             grow,
             shape,
+            bound,
         })
     }
 
@@ -89,6 +100,11 @@ impl<T: Real> BoucWen<T> {
 
     /// z after the drive has gone on by `way`.
     pub fn advance(&self, z: T, way: T) -> T {
+        let z = self.followed(z, way);
+        max(min(z, self.bound), -self.bound)
+    }
+
+    fn followed(&self, z: T, way: T) -> T {
         let k = self.rate(z, way);
         if z * way < T::ZERO {
             // Where z arrives at zero: (1 - k z) exp(k d) = 1.
@@ -180,6 +196,9 @@ mod tests {
             (1.0, 0.5, -0.5),
             (f64::NAN, 1.0, 0.0),
             (1.0, f64::INFINITY, 0.0),
+            (1.0, 1e308, 1e308),
+            (1.0, 1e-17, 100.0),
+            (1.0, 1e-310, 0.0),
         ] {
             assert!(BoucWen::new(weight, grow, shape).is_err());
         }

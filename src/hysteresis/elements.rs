@@ -5,11 +5,13 @@ use crate::effect::congruency::{Congruency, MOST};
 use crate::error::{Field, ParameterError};
 use crate::hysteresis::RateDependentPi;
 use crate::hysteresis::bouc_wen::{BoucWen, BoucWenState};
-use crate::math::Real;
+use crate::math::{Real, max};
 use crate::play::{Envelope, play};
 
 /// Elements at most.
 pub const ELEMENTS: usize = 3;
+/// Least slope of the output against the drive, over the sum of the other weights.
+const LEAST_SLOPE: f64 = 1e-6;
 /// Halvings of the interval that holds the drive: enough for every digit of double precision.
 const HALVINGS: usize = 80;
 
@@ -66,16 +68,22 @@ impl<T: Real> Elements<T> {
     /// everywhere.
     ///
     /// # Errors
-    /// A weight of the drive itself that does not outweigh the steepest fall of the elements.
+    /// A weight of the drive itself that hardly outweighs the steepest fall of the elements and the negative
+    /// weights, or not at all; those of [`Congruency::check`].
     pub fn check<const N: usize>(
         &self,
         operator: &RateDependentPi<T, N>,
         congruency: Option<&Congruency<T>>,
     ) -> Result<(), ParameterError> {
-        if self.least_slope(operator, congruency) > T::ZERO {
+        if let Some(congruency) = congruency {
+            congruency.check(operator)?;
+        }
+        let weights = operator.bank().weights().iter();
+        let all = weights.fold(self.weight(), |sum, a| sum + a.abs());
+        if self.least_slope(operator, congruency) > T::from_f64(LEAST_SLOPE) * all {
             Ok(())
         } else {
-            Err(ParameterError::PartialSum(Field::Weights, 0))
+            Err(ParameterError::Outweighed(Field::Weights))
         }
     }
 
@@ -84,11 +92,10 @@ impl<T: Real> Elements<T> {
         operator: &RateDependentPi<T, N>,
         congruency: Option<&Congruency<T>>,
     ) -> T {
-        let fall = self
-            .0
-            .iter()
-            .flatten()
-            .fold(T::ZERO, |sum, e| sum + e.fall());
+        let elements = self.0.iter().flatten();
+        let fall = elements.fold(T::ZERO, |sum, element| sum + element.fall());
+        let weights = operator.bank().weights().iter();
+        let fall = weights.fold(fall, |sum, &a| sum + max(-a, T::ZERO));
         let most = congruency.map_or(T::ONE, |_| T::from_f64(MOST));
         operator.weight_0() - most * fall
     }
@@ -111,6 +118,8 @@ impl<T: Real> Elements<T> {
             lo: u - half_width,
             hi: u + half_width,
         };
+        // With the output given, a congruency is a number.
+        let factor = congruency.map_or(T::ONE, |law| law.factor(w));
         let output = |u: T, state: &ElementsState<T>| {
             let mut moved = *state;
             let elements = self.step(&mut moved, u, envelope(u));
@@ -118,11 +127,7 @@ impl<T: Real> Elements<T> {
             let lagging = plays.fold(elements, |sum, (&z, (&r, &a))| {
                 sum + a * play(z, envelope(u), r)
             });
-            let direct = operator.weight_0() * u;
-            match congruency {
-                Some(law) => law.step(direct, lagging),
-                None => direct + lagging,
-            }
+            operator.weight_0() * u + factor * lagging
         };
         let here = state.0.iter().flatten().next();
         let here = here.map_or(T::ZERO, |state| state.followed);

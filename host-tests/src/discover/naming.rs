@@ -74,6 +74,8 @@ pub struct Search {
     pub noise: (f64, Source),
     /// Gain on the select records below which an effect is not worth its name, over the noise.
     pub bar: f64,
+    /// The core that the search began with, without effects; the baseline unless a richer one was tried.
+    pub core: Candidate,
     /// The best path.
     pub best: Path,
     /// What each effect alone leaves over on the select records in um.
@@ -106,9 +108,16 @@ impl Search {
             found: base.clone(),
             steps: Vec::new(),
         });
+        // Where effects were there already, nobody knows the richer core without them.
+        let core = if best.steps.is_empty() {
+            best.found.clone()
+        } else {
+            base.clone()
+        };
         let mut search = Self {
             ground,
             base,
+            core,
             noise,
             bar,
             best,

@@ -58,9 +58,14 @@ pub fn given(model: &ModelFile, runs: &Runs) -> Result<Joint, Error> {
     };
     for stage in &model.stages {
         if let Stage::BoucWen(element) = stage {
-            core.elements
-                .push(Element::known(element.grow_per_v, element.shape_per_v));
-            core.weights.push(element.weight * gain * slope);
+            let weight = element.weight * gain * slope;
+            let known = Element::known(element.grow_per_v, element.shape_per_v);
+            if let Some(same) = core.elements.iter().position(|other| *other == known) {
+                core.weights[hysteresis.weights.len() + same] += weight;
+            } else {
+                core.elements.push(known);
+                core.weights.push(weight);
+            }
         }
     }
     let mut terms = Terms::none();

@@ -128,7 +128,8 @@ impl Ground {
     /// # Errors
     /// Numbers that the core refuses.
     pub fn with_elements(&self, base: &Candidate) -> Result<Candidate, Error> {
-        let elements = Element::menu(self.runs.drive_range);
+        let mut elements = Element::menu(self.runs.drive_range);
+        elements.extend(base.joint.core.active().elements);
         let mut found = self.refit_among(base, elements)?;
         let fit = self.fit();
         found.sharpen(&fit)?;

@@ -117,7 +117,9 @@ fn another_family(
         }
         start.found = richer;
         let (ground, base) = (search.ground.clone(), search.base.clone());
-        let other = Search::run(ground, base, Some(start), noise_and_bar, library, progress)?;
+        let mut other = Search::run(ground, base, Some(start), noise_and_bar, library, progress)?;
+        // The page shows what each effect does to the baseline itself.
+        other.screened.clone_from(&search.screened);
         if other.better_than(best.as_ref().unwrap_or(search)) {
             best = Some(other);
         }
@@ -154,7 +156,7 @@ fn grounds(runs: &Runs, baseline: &Baseline) -> Result<Vec<(Ground, Candidate)>,
 
 impl Search {
     /// What the figures rest on.
-    fn notes(&self, confirmed: bool) -> Vec<String> {
+    fn notes(&self, confirmed: bool, named: bool) -> Vec<String> {
         let histories = match self.ground.histories {
             Histories::Session => {
                 "The plays at the start of a record are taken to stand where the record before it in \
@@ -191,11 +193,21 @@ impl Search {
             );
         }
         if !self.best.found.joint.core.elements.is_empty() {
-            notes.push(
-                "The loops are no sum of plays: elements of Bouc and Wen stand beside them, and effects were \
-                 searched for beside both."
-                    .to_owned(),
-            );
+            let model = if named {
+                "in the model, too"
+            } else {
+                "not in the model, which is the baseline"
+            };
+            let alone = if self.core.joint.core.elements.is_empty() {
+                String::new()
+            } else {
+                let left = 100.0 * self.core.select / self.base.select.max(f64::MIN_POSITIVE);
+                format!(" leave {left:.0} % of what plays leave on the select records, and")
+            };
+            notes.push(format!(
+                "The loops are no sum of plays: elements of Bouc and Wen beside them{alone} are {model}. \
+                 Effects were searched for beside both."
+            ));
         }
         if !confirmed {
             let found: Vec<&str> = self.best.steps.iter().map(|s| s.effect.name()).collect();
@@ -216,7 +228,7 @@ impl Search {
         let left = |ground: &Ground, candidate: &Candidate| {
             Ok::<_, Error>(rms(ground, candidate, Role::Report)?.map(|rms| excess(rms, noise)))
         };
-        let before = left(&self.ground, &self.base)?.filter(|&before| before > self.bar * noise);
+        let before = left(&self.ground, &self.core)?.filter(|&before| before > self.bar * noise);
         let after = left(&self.best.ground, &self.best.found)?;
         Ok(match (before, after) {
             (Some(before), Some(after)) => after <= (1.0 - CONFIRMED) * before,
@@ -309,7 +321,7 @@ impl Search {
             after: residuals(dataset, ground, found)?,
             next_record: None,
             whole: None,
-            notes: self.notes(confirmed),
+            notes: self.notes(confirmed, verdict != Verdict::Unknown),
         })
     }
 }

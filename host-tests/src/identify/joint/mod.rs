@@ -221,7 +221,7 @@ impl<'a> JointFit<'a> {
         (sharper.core.weights, _) = self.weigh(&sharper)?;
         sharper.rms = self.rms(&sharper.core, &sharper.terms, Role::Fit)?;
         self.settle(&mut sharper, SETTLED.0)?;
-        if core.elements.len() <= ELEMENTS {
+        if core.active().elements.len() <= ELEMENTS {
             self.merge(&mut sharper)?;
         }
         if sharper.rms < joint.rms {
@@ -244,6 +244,13 @@ impl<'a> JointFit<'a> {
             .zip(of_elements.copied())
             .collect();
         if all.len() <= ELEMENTS {
+            let plays = joint.core.thresholds.len() + 1;
+            joint.core.weights.truncate(plays);
+            joint
+                .core
+                .weights
+                .extend(all.iter().map(|(_, weight)| weight));
+            joint.core.elements = core.elements;
             return Ok(());
         }
         joint.core.elements = Element::merged(all, ELEMENTS);

@@ -198,9 +198,14 @@ impl<'a> JointFit<'a> {
             if core.weights[i + 1] <= 0.0 {
                 continue;
             }
+            // Where a play moves but once says little about its threshold.
+            if r > self.seen.threshold_v {
+                thresholds.push(r);
+                continue;
+            }
             let below = if i > 0 { core.thresholds[i - 1] } else { 0.0 };
             let above = core.thresholds.get(i + 1).copied();
-            let above = above.unwrap_or(r + (r - below)).min(self.widest());
+            let above = above.unwrap_or(r + (r - below)).min(self.seen.threshold_v);
             thresholds.extend([0.5 * (below + r), r, 0.5 * (r + above)]);
         }
         thresholds.sort_by(f64::total_cmp);

@@ -193,19 +193,25 @@ impl<'a> JointFit<'a> {
     /// Numbers that the core refuses.
     pub fn sharpen(&self, joint: &mut Joint, most: usize) -> Result<(), Error> {
         let core = &joint.core;
+        // Along a session, plays up to half the range move in every full loop.
+        let looping = if self.runs.is_session() {
+            0.5 * self.runs.drive_range
+        } else {
+            self.seen.threshold_v
+        };
         let mut thresholds: Vec<f64> = Vec::new();
         for (i, &r) in core.thresholds.iter().enumerate() {
             if core.weights[i + 1] <= 0.0 {
                 continue;
             }
             // Where a play moves but once says little about its threshold.
-            if r > self.seen.threshold_v {
+            if r > looping {
                 thresholds.push(r);
                 continue;
             }
             let below = if i > 0 { core.thresholds[i - 1] } else { 0.0 };
             let above = core.thresholds.get(i + 1).copied();
-            let above = above.unwrap_or(r + (r - below)).min(self.seen.threshold_v);
+            let above = above.unwrap_or(r + (r - below)).min(looping);
             thresholds.extend([0.5 * (below + r), r, 0.5 * (r + above)]);
         }
         thresholds.sort_by(f64::total_cmp);

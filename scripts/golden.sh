@@ -73,11 +73,11 @@ counts)
     ;;
 blind)
     shift
-    [ $# -gt 0 ] || set -- tier{1,2,3,4} none{1,2,3,4} left pairs triples
+    [ $# -gt 0 ] || set -- tier{1,2,3,4} none1 pairs
     for name; do
         case $name in
+        tier4) options=(--cases 80 --tier 4 --seed 9701) ;;
         tier?) options=(--cases 80 --tier "${name#tier}" --seed 9001) ;;
-        none4) options=(--cases 60 --tier 4 --none-share 1 --seed 94000) ;;
         none?) options=(--cases 300 --tier "${name#none}" --none-share 1 --seed "9${name#none}000") ;;
         left) options=(--cases 95 --tier 1 --none-share 0 --leave-out --seed 9601) ;;
         pairs) options=(--cases 40 --tier 1 --effects 2 --none-share 0 --seed 9401) ;;

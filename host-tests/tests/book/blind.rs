@@ -22,7 +22,9 @@ fn trials(name: &str, asked: [u64; 3]) -> Value {
 }
 
 fn tiers() -> [Value; 4] {
-    [1, 2, 3, 4].map(|tier| trials(&format!("blind-tier{tier}"), [tier, 9001, 80]))
+    // Seeds from 9001 of tier 4 were looked at while the method was made.
+    [(1, 9001), (2, 9001), (3, 9001), (4, 9701)]
+        .map(|(tier, seed)| trials(&format!("blind-tier{tier}"), [tier, seed, 80]))
 }
 
 #[test]
@@ -40,26 +42,16 @@ fn the_tiers_are_as_shown() {
         row("mean size of the set", &|one| {
             number(&one["scores"]["mean_set_size"])
         }),
+        row("no effect: something named", &|one| {
+            share(one, "false_names")
+        }),
+        row("no effect: unknown", &|one| share(one, "false_alarms")),
         row("gap closed, median", &|one| {
             number(&one["scores"]["closed"]["median"])
         }),
     ];
     let page = Page::read("docs/blind.md");
     page.table("| figure | tier 1 |", &rows);
-
-    let without = [(1, 300), (2, 300), (3, 300), (4, 60)].map(|(tier, cases)| {
-        let name = format!("blind-none{tier}");
-        trials(&name, [tier, 90_000 + 1_000 * tier, cases])
-    });
-    let row = |name: &str, key: &str| {
-        let cells = without.iter().map(|one| share(one, key));
-        std::iter::once(words(name)).chain(cells).collect()
-    };
-    let rows: [Vec<Cell>; 2] = [
-        row("something named", "false_names"),
-        row("unknown", "false_alarms"),
-    ];
-    page.table("| without effect | tier 1 |", &rows);
 
     // The README quotes it.
     let counts: Vec<f64> = tiers
@@ -74,25 +66,17 @@ fn the_tiers_are_as_shown() {
 
 #[test]
 fn the_other_trials_are_as_shown() {
-    let left = trials("blind-left", [1, 9601, 95]);
+    let none = trials("blind-none1", [1, 91_000, 300]);
     let pairs = trials("blind-pairs", [1, 9401, 40]);
-    let triples = trials("blind-triples", [1, 9501, 24]);
     let rows = [
         (
-            "one effect, tier 1, seeds from 9601: truth first",
-            share(&left, "top_1"),
+            "no effect, tier 1: something named",
+            share(&none, "false_names"),
         ),
+        ("the same: unknown", share(&none, "false_alarms")),
         (
             "two effects, tier 1: both named and nothing else",
             share(&pairs, "exact"),
-        ),
-        (
-            "three effects, tier 1: all named and nothing else",
-            share(&triples, "exact"),
-        ),
-        (
-            "flagged without the template of the hidden effect, tier 1",
-            share(&left, "flagged"),
         ),
     ];
     let rows = rows.map(|(name, cell)| vec![words(name), cell]);

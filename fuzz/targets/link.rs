@@ -2,23 +2,29 @@
 //!
 //! The input is a script: frames whose checksum is right around any body, damaged frames, raw bytes,
 //! and samples of the control in between. After every sample the code must lie within the drive's
-//! range and within the slew of the code before it, both computed here.
+//! range and within the slew of the code before it, both computed here; what was saved in the end is
+//! whole.
 
 use std::mem::ManuallyDrop;
+use std::sync::Mutex;
 
 use hysteron::control::{Control, Output};
 use hysteron::dac;
 use hysteron::link::{Answer, Command, FRAME_LEN, Message, Request, Server, decode, encode};
 use hysteron::settings::Settings;
+use hysteron::store::{Boot, FlashError, Keep, RamFlash, Saved, Store, Unfit};
 use hysteron::wiring::Memory;
 use hysteron_host::campaign::framed;
 
 /// Runs a script and gives the number of frames in it.
 pub fn run(script: &[u8]) -> u64 {
+    let flash = Mutex::new(RamFlash::new());
+    let mut kept = Kept(&flash);
     // What it borrows from itself cannot be dropped; it holds nothing on the heap.
     let mut memory = ManuallyDrop::new(Memory::new());
     let settings = bench();
-    let Ok((control, server, _)) = memory.connect(settings) else {
+    let connected = Boot::new(settings).and_then(|boot| memory.connect_kept(boot, Some(&mut kept)));
+    let Ok((control, server, _)) = connected else {
         panic!("the settings of the bench are good");
     };
     let mut target = Target {
@@ -35,7 +41,23 @@ pub fn run(script: &[u8]) -> u64 {
         rest = target.step(*kind, more);
     }
     target.recover();
-    target.frames
+    let frames = target.frames;
+    let boot = Boot::load(&mut Kept(&flash)).unwrap();
+    assert_eq!(boot.unfit, None, "what was saved does not fit");
+    frames
+}
+
+/// A flash that the link saves to and that is looked at afterwards.
+struct Kept<'a>(&'a Mutex<RamFlash>);
+
+impl Keep for Kept<'_> {
+    fn load(&mut self) -> Result<Option<Saved>, Unfit> {
+        Store::new(&mut *self.0.lock().unwrap()).load()
+    }
+
+    fn save(&mut self, saved: &Saved) -> Result<(), FlashError> {
+        Store::new(&mut *self.0.lock().unwrap()).save(saved)
+    }
 }
 
 fn bench() -> Settings {

@@ -73,7 +73,7 @@ counts)
     ;;
 blind)
     shift
-    [ $# -gt 0 ] || set -- tier{1,2,3,4} none1 pairs
+    [ $# -gt 0 ] || set -- tier{1,2,3,4} none1 none3 pairs
     for name; do
         case $name in
         tier4) options=(--cases 80 --tier 4 --seed 9701) ;;

@@ -67,6 +67,7 @@ fn the_tiers_are_as_shown() {
 #[test]
 fn the_other_trials_are_as_shown() {
     let none = trials("blind-none1", [1, 91_000, 300]);
+    let third = trials("blind-none3", [3, 93_000, 300]);
     let pairs = trials("blind-pairs", [1, 9401, 40]);
     let rows = [
         (
@@ -74,6 +75,11 @@ fn the_other_trials_are_as_shown() {
             share(&none, "false_names"),
         ),
         ("the same: unknown", share(&none, "false_alarms")),
+        (
+            "no effect, tier 3: something named",
+            share(&third, "false_names"),
+        ),
+        ("the same: unknown", share(&third, "false_alarms")),
         (
             "two effects, tier 1: both named and nothing else",
             share(&pairs, "exact"),

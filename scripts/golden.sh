@@ -79,9 +79,7 @@ blind)
         tier4) options=(--cases 80 --tier 4 --seed 9701) ;;
         tier?) options=(--cases 80 --tier "${name#tier}" --seed 9001) ;;
         none?) options=(--cases 300 --tier "${name#none}" --none-share 1 --seed "9${name#none}000") ;;
-        left) options=(--cases 95 --tier 1 --none-share 0 --leave-out --seed 9601) ;;
         pairs) options=(--cases 40 --tier 1 --effects 2 --none-share 0 --seed 9401) ;;
-        triples) options=(--cases 24 --tier 1 --effects 3 --none-share 0 --seed 9501) ;;
         *) echo "no blind trials $name" >&2 && exit 2 ;;
         esac
         trials "blind-$name" "${options[@]}"

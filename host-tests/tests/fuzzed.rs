@@ -97,7 +97,7 @@ fn all(target: &str, cases: u32, run: impl Fn(&[u8])) {
 
 #[test]
 fn link_frames_and_state_machine() {
-    all("link", 6_000, |script| {
+    all("link", 20_000, |script| {
         link::run(script);
     });
 }
@@ -105,14 +105,14 @@ fn link_frames_and_state_machine() {
 #[test]
 fn csv_files() {
     let folder = tempfile::tempdir().unwrap();
-    all("csv", 2_000, |bytes| csv::run(folder.path(), bytes));
+    all("csv", 6_000, |bytes| csv::run(folder.path(), bytes));
 }
 
 /// A header may say that there are more numbers than any memory holds.
 #[test]
 fn numpy_files() {
     let folder = tempfile::tempdir().unwrap();
-    all("numpy", 2_000, |bytes| numpy::run(folder.path(), bytes));
+    all("numpy", 6_000, |bytes| numpy::run(folder.path(), bytes));
     #[cfg(target_os = "linux")]
     {
         let status = fs::read_to_string("/proc/self/status").unwrap();
@@ -128,5 +128,5 @@ fn numpy_files() {
 #[test]
 fn toml_files() {
     let folder = tempfile::tempdir().unwrap();
-    all("toml", 2_000, |bytes| toml::run(folder.path(), bytes));
+    all("toml", 6_000, |bytes| toml::run(folder.path(), bytes));
 }

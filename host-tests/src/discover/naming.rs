@@ -4,6 +4,7 @@
 use crate::error::Error;
 use crate::identify::catalogue::Effect;
 use crate::identify::joint::{JointFit, Lead, SETTLED};
+use crate::identify::rounding::outside;
 use crate::identify::{Source, noise};
 
 use super::diagnosis::{Ablation, Verdict, excess};
@@ -37,6 +38,11 @@ const FOLLOWABLE: f64 = 2.5;
 const AGAINST: usize = 4;
 /// How often names may change places.
 const SWAPS: usize = 3;
+/// Noise before a rounding that a path has to live with at least, over the step.
+const SHARP_STEPS: f64 = 0.02;
+/// Excess outside of known steps below which nothing is searched for, over the noise there: the stage is
+/// no more like the plays than that.
+const PAST_STEPS: f64 = 1.5;
 /// Share by which another name must be better.
 const BETTER: f64 = 0.01;
 
@@ -64,6 +70,14 @@ pub struct Path {
     pub steps: Vec<Step>,
 }
 
+impl Path {
+    /// How many effects are known beside the steps of the reading.
+    fn names(&self) -> usize {
+        let effects = self.steps.iter().map(|step| step.effect);
+        effects.filter(|&e| e != Effect::Quantisation).count()
+    }
+}
+
 /// What a search found.
 pub struct Search {
     /// The baseline's histories.
@@ -78,6 +92,8 @@ pub struct Search {
     pub core: Candidate,
     /// The best path.
     pub best: Path,
+    /// The core with the steps of the reading alone, where it has some.
+    read: Option<Path>,
     /// What each effect alone leaves over on the select records in um.
     pub screened: Vec<(Effect, f64)>,
     /// What leaving out each effect does.
@@ -121,24 +137,33 @@ impl Search {
             noise,
             bar,
             best,
+            read: None,
             screened: Vec::new(),
             ablation: Vec::new(),
         };
+        if library.contains(&Effect::Quantisation) {
+            search.know_steps_of_reading()?;
+        }
         search.follow(library, progress)?;
-        if search.best.steps.len() >= enough {
+        if search.best.names() >= enough {
             progress("holding each name against the others");
             search.hold(library, enough)?;
         }
-        if library.contains(&Effect::Quantisation) {
-            search.add_steps_of_reading()?;
-        }
+        search.let_steps_explain()?;
         Ok(search)
     }
 
-    /// The noise that a search has to live with: rounding is noise to every model.
-    fn heard(&self, ground: &Ground) -> f64 {
-        let rounding = ground.runs.step_um.map_or(0.0, |step| step / 12f64.sqrt());
-        self.noise.0.max(rounding)
+    /// The noise that a path has to live with: rounding is noise to every model that does not know it,
+    /// and of one that does, what lies outside of the steps that were read.
+    fn heard(&self, path: &Path) -> f64 {
+        let runs = &path.ground.runs;
+        match runs.step_um {
+            Some(step) if path.found.joint.terms.has(Effect::Quantisation) => {
+                outside(step, runs.noise_before_steps_um.max(SHARP_STEPS * step))
+            }
+            Some(step) => self.noise.0.max(step / 12f64.sqrt()),
+            None => self.noise.0,
+        }
     }
 
     fn follow(
@@ -146,11 +171,16 @@ impl Search {
         library: &[Effect],
         progress: &(dyn Fn(&str) + Sync),
     ) -> Result<(), Error> {
+        let noise = self.heard(&self.best);
+        let known = self.read.is_some() && self.best.names() == 0;
+        if known && excess(self.best.found.select, noise) < PAST_STEPS * noise {
+            return Ok(());
+        }
         let mut beam = vec![self.best.clone()];
-        for depth in self.best.steps.len()..MOST {
+        for _ in self.best.steps.len()..MOST {
             let mut next: Vec<Path> = Vec::new();
             for (rank, path) in beam.iter().enumerate() {
-                let noise = self.heard(&path.ground);
+                let noise = self.heard(path);
                 let promises = || {
                     // Half of what is wanted: a start promises less than its fit holds.
                     let wanted = 0.5 * (BESIDE * self.bar * noise).powi(2);
@@ -158,14 +188,14 @@ impl Search {
                     let leads = most_promising(&path.ground, &path.found, library)?;
                     Ok::<_, Error>(leads.iter().any(|lead| gain(lead) > wanted))
                 };
-                if depth > 0 && !promises()? {
+                if path.names() > 0 && !promises()? {
                     if rank == 0 {
                         break;
                     }
                     continue;
                 }
                 let (ground, found) = one_more(&path.ground, &path.found, library, progress)?;
-                if depth == 0 {
+                if self.screened.is_empty() {
                     self.screened = found
                         .iter()
                         .filter_map(|c| Some((c.newest()?, c.select)))
@@ -189,13 +219,13 @@ impl Search {
             if !self.worth(
                 self.best.found.select,
                 first.found.select,
-                self.heard(&first.ground),
-                depth > 0,
+                self.heard(&first),
+                self.best.names() > 0,
             ) {
                 break;
             }
             self.learn_noise(&first)?;
-            let noise = self.heard(&first.ground);
+            let noise = self.heard(&first);
             let left = |path: &Path| excess(path.found.select, noise);
             let limit = (FOLLOWABLE * left(&first)).max(noise);
             next.retain(|path| left(path) <= limit);
@@ -208,10 +238,10 @@ impl Search {
 
     /// A path with each of the effects that are worth it.
     fn extended(&self, path: &Path, ground: &Ground, found: &[Candidate]) -> Vec<Path> {
-        let noise = self.heard(ground);
+        let noise = self.heard(path);
         let before = path.found.select;
         let left = |c: &Candidate| excess(c.select, noise) / excess(before, noise).max(1e-300);
-        let worth = |c: &&Candidate| self.worth(before, c.select, noise, !path.steps.is_empty());
+        let worth = |c: &&Candidate| self.worth(before, c.select, noise, path.names() > 0);
         let followed = found.iter().filter(worth).take(BEAM);
         followed
             .filter_map(|candidate| {
@@ -239,6 +269,9 @@ impl Search {
     /// Lowers the noise floor to what the model's own residuals repeat: what it explains is no noise.
     fn learn_noise(&mut self, path: &Path) -> Result<(), Error> {
         let joint = &path.found.joint;
+        if joint.terms.has(Effect::Quantisation) {
+            return Ok(());
+        }
         let predicted = path.ground.fit().predicted(&joint.core, &joint.terms)?;
         let mut runs = path.ground.runs.runs.clone();
         for (run, predicted) in runs.iter_mut().zip(predicted) {
@@ -258,10 +291,10 @@ impl Search {
         let mut swaps = 0;
         let mut place = 0;
         self.ablation.clear();
-        while place < self.best.steps.len() && self.best.steps.len() >= enough {
+        while place < self.best.steps.len() && self.best.names() >= enough {
             let ground = self.best.ground.clone();
             let fit = ground.fit();
-            let noise = self.heard(&ground);
+            let noise = self.heard(&self.best);
             let Some(without) = self.without(&fit, place)? else {
                 place += 1;
                 continue;
@@ -271,6 +304,11 @@ impl Search {
                 effect,
                 select_um: without.select,
             });
+            if effect == Effect::Quantisation {
+                // Read off the readings, it has no rivals.
+                place += 1;
+                continue;
+            }
             if !self.worth(without.select, self.best.found.select, noise, true) {
                 self.best.found = without;
                 self.best.steps.remove(place);
@@ -333,28 +371,44 @@ impl Search {
         Candidate::new(fit, joint, order).map(Some)
     }
 
-    /// Steps of the reading, where they matter beside the noise.
-    fn add_steps_of_reading(&mut self) -> Result<(), Error> {
-        let ground = self.best.ground.clone();
-        let fit = ground.fit();
+    /// Steps of the reading, where they matter beside the noise: known before anything is searched for.
+    fn know_steps_of_reading(&mut self) -> Result<(), Error> {
         let effect = Effect::Quantisation;
-        let Some(start) = effect.template().starts(fit.seen()).into_iter().next() else {
+        let fit = self.best.ground.fit();
+        let start = effect.template().starts(fit.seen()).into_iter().next();
+        let Some(start) = start.filter(|_| !self.best.found.joint.terms.has(effect)) else {
             return Ok(());
         };
-        let before = self.best.found.select;
+        let before = excess(self.best.found.select, self.noise.0);
         let mut joint = self.best.found.joint.clone();
         joint.terms = joint.terms.with(effect, start);
+        fit.settle(&mut joint, SETTLED.0)?;
         let mut order = self.best.found.order.clone();
         order.push(effect);
         let found = Candidate::new(&fit, joint, order)?;
-        let noise = self.noise.0;
+        drop(fit);
         self.best.steps.push(Step {
             effect,
             rivals: Vec::new(),
-            left_over: excess(found.select, noise) / excess(before, noise).max(1e-300),
-            ground: ground.clone(),
+            left_over: excess(found.select, self.noise.0) / before.max(1e-300),
+            ground: self.best.ground.clone(),
         });
         self.best.found = found;
+        self.read = Some(self.best.clone());
+        Ok(())
+    }
+
+    /// Beside steps of the reading only what explains most of what they leave is named.
+    fn let_steps_explain(&mut self) -> Result<(), Error> {
+        let Some(read) = &self.read else {
+            return Ok(());
+        };
+        let noise = self.heard(read);
+        let left = excess(self.best.found.select, noise);
+        if left > NAMED * excess(read.found.select, noise) && left > EXPLAINED * noise {
+            self.best = read.clone();
+            self.ablation.clear();
+        }
         Ok(())
     }
 

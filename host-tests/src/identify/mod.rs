@@ -23,6 +23,7 @@ mod outcome;
 mod page;
 mod plays;
 mod reduce;
+pub(crate) mod rounding;
 pub(crate) mod run;
 pub(crate) mod score;
 mod search;

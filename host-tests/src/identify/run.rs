@@ -8,6 +8,7 @@ use crate::error::Error;
 use super::catalogue::reading_step;
 use super::cycles::{first_cycle, half_cycle_frequencies, is_closed, range, turning_points};
 use super::noise;
+use super::rounding::noise_before;
 use super::spectrum::band;
 use super::start::Start;
 
@@ -102,6 +103,8 @@ pub struct Runs {
     pub runs: Vec<Run>,
     /// Step of the reading in um, where it matters beside the noise.
     pub step_um: Option<f64>,
+    /// Noise before the reading was rounded to such steps, in um.
+    pub noise_before_steps_um: f64,
     /// Whether each run has an offset of its own.
     pub own_offsets: bool,
     /// Whether part of the fit records was set aside because no record has the role `select`.
@@ -166,8 +169,10 @@ impl Runs {
             });
         }
         let noise = noise::floor(&runs).map_or(0.0, |(rms, _)| rms);
+        let step_um = reading_step(&runs, noise);
         let mut runs = Self {
-            step_um: reading_step(&runs, noise),
+            step_um,
+            noise_before_steps_um: step_um.map_or(noise, |step| noise_before(step, noise)),
             runs,
             own_offsets: dataset.zero == Zero::PerRecord || dataset.input_zero == Zero::PerRecord,
             held_back: false,

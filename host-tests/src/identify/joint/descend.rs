@@ -6,7 +6,7 @@ use crate::error::Error;
 use super::super::score;
 use super::responses::Responses;
 use super::solve::Normal;
-use super::{Joint, JointFit, LEAST_DIRECT};
+use super::{Joint, JointFit, LEAST_DIRECT, Terms};
 
 /// Steps at most; a fit of this kind settles in about ten.
 const STEPS: usize = 40;
@@ -52,7 +52,7 @@ impl JointFit<'_> {
 
     fn descend(&self, joint: &mut Joint, settled: f64) -> Result<(), Error> {
         let mut at = self.responses(joint)?;
-        joint.rms = self.left(&at);
+        joint.rms = self.left(&joint.terms, &at);
         let mut damping = DAMPING.0;
         let mut steps = 0..STEPS;
         'steps: while steps.next().is_some() {
@@ -98,7 +98,7 @@ impl JointFit<'_> {
         let Ok(there) = self.responses(&next) else {
             return Ok(None);
         };
-        next.rms = self.left(&there);
+        next.rms = self.left(&next.terms, &there);
         Ok((next.rms < joint.rms).then_some((next, there)))
     }
 
@@ -111,9 +111,16 @@ impl JointFit<'_> {
     }
 
     /// What responses leave over of the fit records: root of the mean over them of their mean square.
-    fn left(&self, responses: &Responses) -> f64 {
-        let offsets = score::offsets(self.runs, &responses.y);
-        let rms = score::rms(self.runs, &responses.y, &offsets, Role::Fit);
+    pub(super) fn left(&self, terms: &Terms, responses: &Responses) -> f64 {
+        let offsets = self.offsets(terms, &responses.y);
+        let rms = match terms.half_step(&self.seen) {
+            Some(_) => {
+                let mut read = responses.y.clone();
+                self.read(&mut read, &offsets, terms);
+                score::rms(self.runs, &read, &offsets, Role::Fit)
+            }
+            None => score::rms(self.runs, &responses.y, &offsets, Role::Fit),
+        };
         rms.filter(|rms| !rms.is_nan()).unwrap_or(f64::INFINITY)
     }
 }

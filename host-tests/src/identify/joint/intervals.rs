@@ -140,23 +140,18 @@ impl JointFit<'_> {
     fn spread(&self, joint: &Joint, free: usize) -> Result<Option<Spread>, Error> {
         let frames = self.fitted_frames();
         let at = self.responses(joint)?;
+        let pulls = self.pulls(joint, &at);
         let mut signals = self.by_numbers(joint, &at);
         signals.extend((0..joint.core.weights.len()).map(|j| at.by_weight(frames, j)));
         let ones = frames.iter().map(|frame| vec![1.0; frame.run.drive.len()]);
         signals.push(ones.collect());
-        let mut columns: Vec<DVector<f64>> = signals.iter().map(|s| self.at_rows(s)).collect();
+        let mut columns: Vec<DVector<f64>> = signals.iter().map(|s| self.at_rows(&pulls, s)).collect();
         let lengths: Vec<f64> = columns.iter().map(|column| column.norm()).collect();
         for (column, length) in columns.iter_mut().zip(&lengths) {
             *column /= length.max(f64::MIN_POSITIVE);
         }
         let columns = DMatrix::from_columns(&columns);
-        let residual: Vec<Vec<f64>> = frames
-            .iter()
-            .zip(&at.y)
-            .map(|(frame, y)| std::iter::zip(&frame.run.displacement, y).map(|(m, y)| m - y))
-            .map(Iterator::collect)
-            .collect();
-        let residual = self.at_rows(&residual);
+        let residual = self.asked(&pulls);
         let (rows, unknowns) = columns.shape();
         let mut square = columns.tr_mul(&columns);
         for i in 0..unknowns {

@@ -9,6 +9,7 @@ mod bouc_wen;
 mod descend;
 mod frame;
 mod intervals;
+mod pull;
 mod responses;
 mod screen;
 mod simulate;
@@ -36,8 +37,8 @@ use blocks::Blocks;
 use frame::Frame;
 use simulate::Columns;
 
-/// Rows of the least squares at most.
-const ROWS: usize = 4_000;
+/// Rows of the least squares at most, and where readings are whole steps: few of them are near an edge.
+const ROWS: (usize, usize) = (4_000, 12_000);
 /// Change of a number over which its derivative is taken.
 const DIFFERENCE: f64 = 1e-4;
 /// Least weight of the drive itself, over the mean gain: the inverse divides by it.
@@ -82,7 +83,14 @@ impl<'a> JointFit<'a> {
     pub fn new(runs: &'a Runs) -> Self {
         Self {
             runs,
-            frames: Frame::all(runs, ROWS),
+            frames: Frame::all(
+                runs,
+                if runs.step_um.is_some() {
+                    ROWS.1
+                } else {
+                    ROWS.0
+                },
+            ),
             seen: Seen::new(runs),
         }
     }
@@ -229,6 +237,7 @@ impl<'a> JointFit<'a> {
         let unknowns = thresholds.len() + 1 + sharper.core.elements.len();
         sharper.core.thresholds = thresholds;
         sharper.core.weights = vec![0.0; unknowns];
+        sharper.rms = f64::INFINITY;
         (sharper.core.weights, _) = self.weigh(&sharper)?;
         sharper.rms = self.rms(&sharper.core, &sharper.terms, Role::Fit)?;
         self.settle(&mut sharper, SETTLED.0)?;
@@ -266,6 +275,7 @@ impl<'a> JointFit<'a> {
         }
         joint.core.elements = Element::merged(all, ELEMENTS);
         joint.core.weights = vec![0.0; joint.core.thresholds.len() + 1 + ELEMENTS];
+        joint.rms = f64::INFINITY;
         (joint.core.weights, _) = self.weigh(joint)?;
         joint.rms = self.rms(&joint.core, &joint.terms, Role::Fit)?;
         self.settle(joint, SETTLED.0)
@@ -292,7 +302,7 @@ impl<'a> JointFit<'a> {
             _ => &self.frames,
         };
         let mut predicted = self.along(frames, core, terms)?;
-        let offsets = score::offsets(self.runs, &predicted);
+        let offsets = self.offsets(terms, &predicted);
         self.read(&mut predicted, &offsets, terms);
         let rms = score::rms(self.runs, &predicted, &offsets, role).unwrap_or(f64::INFINITY);
         Ok(if rms.is_nan() { f64::INFINITY } else { rms })
@@ -304,7 +314,7 @@ impl<'a> JointFit<'a> {
     /// Numbers that the core refuses.
     pub fn predicted(&self, core: &Core, terms: &Terms) -> Result<Vec<Vec<f64>>, Error> {
         let mut predicted = self.along(&self.frames, core, terms)?;
-        let offsets = score::offsets(self.runs, &predicted);
+        let offsets = self.offsets(terms, &predicted);
         self.read(&mut predicted, &offsets, terms);
         Ok(predicted)
     }

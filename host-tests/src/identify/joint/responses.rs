@@ -6,6 +6,7 @@ use crate::error::Error;
 
 use super::blocks::Blocks;
 use super::frame::Frame;
+use super::pull::Pull;
 use super::simulate::{self, Columns};
 use super::solve::Normal;
 use super::terms::Terms;
@@ -137,9 +138,10 @@ impl JointFit<'_> {
         by_numbers: &[Vec<Vec<f64>>],
     ) -> Normal {
         let mut normal = Normal::new(by_numbers.len(), joint.core.weights.len());
-        for (i, frame) in self.fitted_frames().iter().enumerate() {
+        let pulls = self.pulls(joint, responses);
+        for (i, (frame, pulls)) in self.fitted_frames().iter().zip(&pulls).enumerate() {
             let by_number: Vec<&[f64]> = by_numbers.iter().map(|runs| &runs[i][..]).collect();
-            let rows = rows(frame, &joint.core, responses, i, &by_number);
+            let rows = rows(frame, pulls, &joint.core, responses, i, &by_number);
             normal.add(&rows, self.own_offset(frame));
         }
         normal
@@ -149,15 +151,17 @@ impl JointFit<'_> {
 /// Rows `[1, derivatives by the free numbers, derivatives by the weights, target]` of run `i`, weighted.
 fn rows(
     frame: &Frame<'_>,
+    pulls: &[Pull],
     core: &Core,
     responses: &Responses,
     i: usize,
     by_number: &[&[f64]],
 ) -> Array2<f64> {
     let (free, width) = (by_number.len(), core.weights.len());
-    let (columns, y) = (&responses.columns[i], &responses.y[i]);
+    let columns = &responses.columns[i];
     let mut rows = Array2::zeros((frame.rows.len(), 1 + free + width + 1));
-    for (index, (mut row, &(k, weight))) in rows.outer_iter_mut().zip(&frame.rows).enumerate() {
+    let along = rows.outer_iter_mut().zip(&frame.rows).zip(pulls);
+    for (index, ((mut row, &(k, _)), &Pull { weight, by })) in along.enumerate() {
         row[0] = weight;
         for (j, d) in by_number.iter().enumerate() {
             row[1 + j] = weight * d[k];
@@ -169,8 +173,7 @@ fn rows(
             known += a * d;
         }
         // The step is linear in the weights as a whole, not in their change.
-        let measured = frame.run.displacement[k];
-        row[1 + free + width] = weight * (measured - y[k] + known);
+        row[1 + free + width] = weight * (by + known);
     }
     rows
 }

@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use crate::error::Error;
 
 use super::super::catalogue::{self, Effect};
+use super::pull::Pull;
 use super::responses::Responses;
 use super::{Joint, JointFit, LEAST_DIRECT};
 
@@ -31,6 +32,7 @@ struct Tangent {
     /// Columns over all rows: by weights and numbers.
     columns: DMatrix<f64>,
     inverse: Cholesky<f64, Dyn>,
+    pulls: Vec<Vec<Pull>>,
     /// What is left over beside them.
     left: DVector<f64>,
 }
@@ -62,6 +64,11 @@ impl JointFit<'_> {
             .par_iter()
             .filter_map(|&effect| self.lead(&base, &at, &tangent, effect).transpose())
             .collect::<Result<_, Error>>()?;
+        if base.terms.half_step(&self.seen).is_some() {
+            // The rows count what they ask for; the rest of the search, what lies outside of the steps.
+            let unit = base.rms / tangent.left.norm().max(f64::MIN_POSITIVE);
+            leads.iter_mut().for_each(|lead| lead.rms *= unit);
+        }
         leads.sort_by(|a, b| a.rms.total_cmp(&b.rms));
         Ok(leads)
     }
@@ -81,7 +88,7 @@ impl JointFit<'_> {
             .into_iter()
             .filter_map(|numbers| {
                 // Numbers that the core refuses are no start.
-                let changes = self.changes(base, at, effect, &numbers).ok()?;
+                let changes = self.changes(base, at, &tangent.pulls, effect, &numbers).ok()?;
                 Some((tangent.left_beside(&changes), numbers))
             })
             .collect();
@@ -97,6 +104,7 @@ impl JointFit<'_> {
         &self,
         base: &Joint,
         at: &Responses,
+        pulls: &[Vec<Pull>],
         effect: Effect,
         numbers: &[f64],
     ) -> Result<Changes, Error> {
@@ -104,7 +112,7 @@ impl JointFit<'_> {
         let new = base.terms.iter().filter(|t| t.effect <= effect).count();
         let behind = terms.is_behind((new, 0)).then_some(&at.w[..]);
         let whole = self.differences(&base.core, &terms, behind, &at.y, 1.0)?;
-        let whole = self.at_rows(&whole);
+        let whole = self.at_rows(pulls, &whole);
         if whole.norm_squared() > 0.0 {
             return Ok(Changes::Whole(whole));
         }
@@ -113,7 +121,7 @@ impl JointFit<'_> {
             .filter(|place| place.0 == new)
             .map(|place| {
                 let slope = self.slope(&base.core, &terms, place, behind, &at.y)?;
-                Ok(self.at_rows(&slope))
+                Ok(self.at_rows(pulls, &slope))
             })
             .collect::<Result<_, Error>>()?;
         Ok(if by_number.is_empty() {
@@ -124,15 +132,31 @@ impl JointFit<'_> {
     }
 
     /// A signal of the runs at the rows, weighted, less its mean over each run that has its own offset.
-    pub(super) fn at_rows(&self, runs: &[Vec<f64>]) -> DVector<f64> {
+    pub(super) fn at_rows(&self, pulls: &[Vec<Pull>], runs: &[Vec<f64>]) -> DVector<f64> {
+        let values: Vec<Vec<f64>> = self
+            .fitted_frames()
+            .iter()
+            .zip(runs)
+            .map(|(frame, signal)| frame.rows.iter().map(|&(k, _)| signal[k]).collect())
+            .collect();
+        self.weighted(pulls, &values)
+    }
+
+    /// What the rows ask for, in the same way.
+    pub(super) fn asked(&self, pulls: &[Vec<Pull>]) -> DVector<f64> {
+        let by = |pulls: &Vec<Pull>| pulls.iter().map(|pull| pull.by).collect();
+        let values: Vec<Vec<f64>> = pulls.iter().map(by).collect();
+        self.weighted(pulls, &values)
+    }
+
+    fn weighted(&self, pulls: &[Vec<Pull>], values: &[Vec<f64>]) -> DVector<f64> {
         let mut rows = Vec::new();
-        for (frame, signal) in self.fitted_frames().iter().zip(runs) {
-            let own = self.own_offset(frame);
-            let (sum, total) = frame.rows.iter().fold((0.0, 0.0), |(s, t), &(k, w)| {
-                (s + w * w * signal[k], t + w * w)
-            });
-            let mean = if own && total > 0.0 { sum / total } else { 0.0 };
-            rows.extend(frame.rows.iter().map(|&(k, w)| w * (signal[k] - mean)));
+        for ((frame, pulls), values) in self.fitted_frames().iter().zip(pulls).zip(values) {
+            let pairs = || pulls.iter().map(|pull| pull.weight).zip(values);
+            let (sum, total) = pairs().fold((0.0, 0.0), |(s, t), (w, x)| (s + w * w * x, t + w * w));
+            let own = self.own_offset(frame) && total > 0.0;
+            let mean = if own { sum / total } else { 0.0 };
+            rows.extend(pairs().map(|(w, x)| w * (x - mean)));
         }
         DVector::from_vec(rows)
     }
@@ -151,27 +175,21 @@ impl JointFit<'_> {
         signals.extend(weights.map(|j| at.by_weight(frames, j)));
         let ones = frames.iter().map(|frame| vec![1.0; frame.run.drive.len()]);
         signals.push(ones.collect());
-        let columns: Vec<DVector<f64>> = signals.iter().map(|s| self.at_rows(s)).collect();
+        let pulls = self.pulls(base, at);
+        let columns: Vec<DVector<f64>> = signals.iter().map(|s| self.at_rows(&pulls, s)).collect();
         let columns = DMatrix::from_columns(&columns);
-        let residual: Vec<Vec<f64>> = frames
-            .iter()
-            .zip(&at.y)
-            .map(|(frame, y)| {
-                let measured = frame.run.displacement.iter();
-                measured.zip(y).map(|(measured, y)| measured - y).collect()
-            })
-            .collect();
-        let residual = self.at_rows(&residual);
+        let asked = self.asked(&pulls);
         let mut square = columns.tr_mul(&columns);
         for i in 0..square.nrows() {
             square[(i, i)] = square[(i, i)] * (1.0 + 1e-9) + f64::MIN_POSITIVE;
         }
         square.cholesky().map(|inverse| {
-            let own = inverse.solve(&columns.tr_mul(&residual));
+            let own = inverse.solve(&columns.tr_mul(&asked));
             Tangent {
-                left: residual - &columns * own,
+                left: asked - &columns * own,
                 columns,
                 inverse,
+                pulls,
             }
         })
     }

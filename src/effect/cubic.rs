@@ -8,7 +8,7 @@ use crate::error::{Field, ParameterError};
 use crate::math::{Real, sqrt};
 
 /// Least slope of the map: beyond its places the map is a straight line of this slope.
-pub const SLOPE_LEAST: f64 = 0.25;
+pub const SLOPE_LEAST: f64 = 0.1;
 
 /// The map for one `c`, in 1/V^2.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -10,7 +10,7 @@ use crate::error::{Field, ParameterError};
 use crate::math::Real;
 
 /// Least slope of the map: beyond its place the map is a straight line of this slope.
-pub const SLOPE_LEAST: f64 = 0.25;
+pub const SLOPE_LEAST: f64 = 0.1;
 /// `q w` there.
 const EDGE_BEND: f64 = 0.5 * (SLOPE_LEAST - 1.0);
 

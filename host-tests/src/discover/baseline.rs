@@ -111,15 +111,18 @@ pub fn crowded(fit: &JointFit<'_>, plays: usize) -> Vec<f64> {
 
 /// The model with plays that move only while the first records lead them away from zero, where these are
 /// known and it leaves that much less.
-fn with_wide_plays(fit: &JointFit<'_>, joint: Joint) -> Result<Joint, Error> {
+pub fn with_wide_plays(fit: &JointFit<'_>, joint: Joint) -> Result<Joint, Error> {
     let beyond = BEYOND.map(|share| share * fit.seen().threshold_v);
     let beyond: Vec<f64> = beyond.into_iter().filter(|&r| r < fit.widest()).collect();
     if beyond.is_empty() {
         return Ok(joint);
     }
     let mut thresholds = joint.core.thresholds.clone();
+    thresholds.retain(|&r| r <= fit.seen().threshold_v);
     thresholds.extend(beyond);
-    let wide = fitted(fit, thresholds, joint.terms.clone())?;
+    let elements = joint.core.elements.clone();
+    let mut wide = fit.weights(thresholds, elements, joint.terms.clone())?;
+    fit.settle(&mut wide, SETTLED.1)?;
     let (before, after) = (judged(fit, &joint)?, judged(fit, &wide)?);
     Ok(
         if after.max(wide.rms / joint.rms * before) < WIDE * before {

@@ -19,4 +19,4 @@ pub use diagnosis::{Ablation, Diagnosis, FoundEffect, RecordResiduals, Residuals
 pub use json::schema_text;
 pub use next_record::next_record;
 pub use page::page;
-pub use workflow::{Options, diagnose};
+pub use workflow::{Options, baseline_alone, diagnose};

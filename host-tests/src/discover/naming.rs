@@ -7,6 +7,7 @@ use crate::identify::joint::{JointFit, Lead, SETTLED};
 use crate::identify::rounding::outside;
 use crate::identify::{Source, noise};
 
+use super::baseline::with_wide_plays;
 use super::diagnosis::{Ablation, Verdict, excess};
 use super::search::{Candidate, Ground, expand, most_promising, one_more};
 
@@ -22,6 +23,9 @@ const EXPLAINED: f64 = 0.7;
 const MISSING: f64 = 1.0;
 /// Least share of the excess before that an effect has to close, squares taken.
 pub const WORTH: f64 = 0.3;
+/// The same of an effect that another one must make up for, and of both.
+const HALF: f64 = 0.1;
+const BOTH: f64 = 0.5;
 /// What may be left over where the effects are said to explain it all.
 const NAMED: f64 = 0.35;
 /// What may be left over where they are said to explain a part.
@@ -94,6 +98,8 @@ pub struct Search {
     pub best: Path,
     /// The core with the steps of the reading alone, where it has some.
     read: Option<Path>,
+    /// The effect alone that explains most of the fit records, worth its name or not.
+    pub hint: Option<Path>,
     /// What each effect alone leaves over on the select records in um.
     pub screened: Vec<(Effect, f64)>,
     /// What leaving out each effect does.
@@ -138,6 +144,7 @@ impl Search {
             bar,
             best,
             read: None,
+            hint: None,
             screened: Vec::new(),
             ablation: Vec::new(),
         };
@@ -177,13 +184,15 @@ impl Search {
             return Ok(());
         }
         let mut beam = vec![self.best.clone()];
+        // Two effects of the same size may each take too little to be worth it alone.
+        let mut halfway = false;
         for _ in self.best.steps.len()..MOST {
             let mut next: Vec<Path> = Vec::new();
             for (rank, path) in beam.iter().enumerate() {
                 let noise = self.heard(path);
                 let promises = || {
-                    // Half of what is wanted: a start promises less than its fit holds.
-                    let wanted = 0.5 * (BESIDE * self.bar * noise).powi(2);
+                    // A third of what is wanted: a start promises less than its fit holds.
+                    let wanted = 0.3 * (BESIDE * self.bar * noise).powi(2);
                     let gain = |lead: &Lead| path.found.joint.rms.powi(2) - lead.rms.powi(2);
                     let leads = most_promising(&path.ground, &path.found, library)?;
                     Ok::<_, Error>(leads.iter().any(|lead| gain(lead) > wanted))
@@ -201,6 +210,12 @@ impl Search {
                         .filter_map(|c| Some((c.newest()?, c.select)))
                         .collect();
                 }
+                if self.hint.is_none() && path.steps.is_empty() {
+                    let least =
+                        |a: &&Candidate, b: &&Candidate| a.joint.rms.total_cmp(&b.joint.rms);
+                    let best = found.iter().min_by(least);
+                    self.hint = best.and_then(|best| self.step(path, &ground, &found, best));
+                }
                 next.extend(self.extended(path, &ground, &found));
             }
             next.sort_by(|a, b| a.found.judged().total_cmp(&b.found.judged()));
@@ -215,16 +230,25 @@ impl Search {
             let Some(first) = next.first().cloned() else {
                 break;
             };
+            let noise = self.heard(&first);
             // A path of more effects must be worth them against the best of fewer.
-            if !self.worth(
-                self.best.found.select,
-                first.found.select,
-                self.heard(&first),
-                self.best.names() > 0,
-            ) {
-                break;
+            let worth = if halfway { BOTH } else { WORTH };
+            let (before, after) = (self.best.found.select, first.found.select);
+            if !self.worth(worth, before, after, noise, self.best.names() > 0) {
+                if halfway || first.names() > 1 {
+                    break;
+                }
+                halfway = true;
+                next.truncate(BEAM);
+                beam = next;
+                continue;
             }
+            halfway = false;
             self.learn_noise(&first)?;
+            for path in next.iter_mut().take(BEAM) {
+                self.widen(path)?;
+            }
+            let first = next.first().cloned().unwrap_or(first);
             let noise = self.heard(&first);
             let left = |path: &Path| excess(path.found.select, noise);
             let limit = (FOLLOWABLE * left(&first)).max(noise);
@@ -240,30 +264,55 @@ impl Search {
     fn extended(&self, path: &Path, ground: &Ground, found: &[Candidate]) -> Vec<Path> {
         let noise = self.heard(path);
         let before = path.found.select;
-        let left = |c: &Candidate| excess(c.select, noise) / excess(before, noise).max(1e-300);
-        let worth = |c: &&Candidate| self.worth(before, c.select, noise, path.names() > 0);
+        let beside = path.names() > 0;
+        let share = if beside { WORTH } else { HALF };
+        let worth = |c: &&Candidate| self.worth(share, before, c.select, noise, beside);
         let followed = found.iter().filter(worth).take(BEAM);
         followed
-            .filter_map(|candidate| {
-                let effect = candidate.newest()?;
-                let limit = ambiguous(left(candidate));
-                let rivals = found
-                    .iter()
-                    .filter(|c| c.newest() != Some(effect) && left(c) <= limit);
-                let mut steps = path.steps.clone();
-                steps.push(Step {
-                    effect,
-                    rivals: rivals.cloned().collect(),
-                    left_over: left(candidate),
-                    ground: ground.clone(),
-                });
-                Some(Path {
-                    ground: ground.clone(),
-                    found: candidate.clone(),
-                    steps,
-                })
-            })
+            .filter_map(|candidate| self.step(path, ground, found, candidate))
             .collect()
+    }
+
+    /// A path with one effect more, that of a candidate among those `found`.
+    fn step(
+        &self,
+        path: &Path,
+        ground: &Ground,
+        found: &[Candidate],
+        candidate: &Candidate,
+    ) -> Option<Path> {
+        let noise = self.heard(path);
+        let before = excess(path.found.select, noise).max(1e-300);
+        let left = |c: &Candidate| excess(c.select, noise) / before;
+        let effect = candidate.newest()?;
+        let limit = ambiguous(left(candidate));
+        let rivals = found
+            .iter()
+            .filter(|c| c.newest() != Some(effect) && left(c) <= limit);
+        let mut steps = path.steps.clone();
+        steps.push(Step {
+            effect,
+            rivals: rivals.cloned().collect(),
+            left_over: left(candidate),
+            ground: ground.clone(),
+        });
+        Some(Path {
+            ground: ground.clone(),
+            found: candidate.clone(),
+            steps,
+        })
+    }
+
+    /// Looks for plays wider than every loop once more, where a path leaves more than the noise: beside
+    /// all that was missing before they may not have shown.
+    fn widen(&self, path: &mut Path) -> Result<(), Error> {
+        let noise = self.heard(path);
+        if excess(path.found.select, noise) > EXPLAINED * noise {
+            let fit = path.ground.fit();
+            let joint = with_wide_plays(&fit, path.found.joint.clone())?;
+            path.found = Candidate::new(&fit, joint, path.found.order.clone())?;
+        }
+        Ok(())
     }
 
     /// Lowers the noise floor to what the model's own residuals repeat: what it explains is no noise.
@@ -309,7 +358,7 @@ impl Search {
                 place += 1;
                 continue;
             }
-            if !self.worth(without.select, self.best.found.select, noise, true) {
+            if !self.worth(WORTH, without.select, self.best.found.select, noise, true) {
                 self.best.found = without;
                 self.best.steps.remove(place);
                 self.ablation.clear();
@@ -412,12 +461,13 @@ impl Search {
         Ok(())
     }
 
-    /// Whether an effect that lowers the rms on the select records so far is worth its name.
+    /// Whether an effect that lowers the rms on the select records so far, by that share of the squared
+    /// excess at least, is worth its name.
     /// Beside others the bar is lower: that something is missing is known then.
-    fn worth(&self, before: f64, after: f64, noise: f64, beside: bool) -> bool {
+    fn worth(&self, share: f64, before: f64, after: f64, noise: f64, beside: bool) -> bool {
         let gain = before * before - after * after;
         let bar = if beside { BESIDE } else { 1.0 } * self.bar * noise;
-        gain > bar * bar && gain > WORTH * excess(before, noise).powi(2)
+        gain > bar * bar && gain > share * excess(before, noise).powi(2)
     }
 
     /// Whether this search explains more than another.

@@ -12,8 +12,8 @@ use super::baseline::{Histories, choose_starts, crowded, judged};
 
 /// Modes that a model may have.
 const MODES: usize = 3;
-/// Starts of an effect that are followed to their end.
-const FOLLOWED: usize = 2;
+/// Starts of an effect that the plays are fitted to.
+const WEIGHED: usize = 9;
 /// Plays beside which effects are looked at.
 pub const PLAYS: usize = 28;
 /// Share of a threshold that lies between it and the next.
@@ -27,10 +27,10 @@ const ROUNDS: usize = 2;
 const SHARPENED: usize = 4;
 /// How much more than the best a candidate may leave over for that.
 const HOPELESS: f64 = 2.0;
-const SHARPER: usize = 4;
+const SHARPER: usize = 8;
 /// Relative gain below which thresholds are sharp.
 const SHARP: f64 = 0.005;
-const MOST_PLAYS: usize = 48;
+const MOST_PLAYS: usize = 64;
 
 /// Share of what is left over that a number of an effect must take away to be worth it.
 const PRICE: f64 = 0.006;
@@ -185,7 +185,7 @@ pub fn expand(
     let mut found: Vec<Candidate> = leads
         .par_iter()
         .map(|lead| {
-            let starts = &lead.starts[..lead.starts.len().min(FOLLOWED)];
+            let starts = &lead.starts[..lead.starts.len().min(WEIGHED)];
             let Some(joint) = fit.add(&base.joint, lead.effect, starts)? else {
                 return Ok(None);
             };

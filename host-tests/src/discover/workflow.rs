@@ -22,6 +22,10 @@ const CONFIRMED: f64 = 0.1;
 /// Most of what the baseline leaves over that elements beside the plays may leave to be searched beside.
 const OTHER_FAMILY: f64 = 0.6;
 
+/// Most of what the baseline leaves over of the fit records that an effect may leave to be tried
+/// together with such elements.
+const HINT: f64 = 0.9;
+
 /// What a diagnosis may do.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
@@ -90,6 +94,16 @@ pub fn diagnose(
     Ok(found)
 }
 
+/// Rms in um that the saturated baseline leaves on the select records.
+///
+/// # Errors
+/// Records from which nothing can be learned.
+pub fn baseline_alone(dataset: &Dataset, baseline: &Baseline) -> Result<f64, Error> {
+    let grounds = grounds(&Runs::new(dataset)?, baseline)?;
+    let rms = grounds.iter().map(|(_, base)| base.select);
+    Ok(rms.fold(f64::INFINITY, f64::min))
+}
+
 /// What is found beside elements of Bouc and Wen, or on from what was found without them, where these
 /// explain much of what is left over; the search that explains most, if it is one of these.
 fn another_family(
@@ -108,7 +122,14 @@ fn another_family(
     // Steps of the reading come last, once all else is known.
     let steps = &search.best.steps;
     let read = steps.iter().any(|step| step.effect == Effect::Quantisation);
-    let with_effects = (!steps.is_empty() && !read).then(|| search.best.clone());
+    let with_effects = if steps.is_empty() {
+        // An effect may show only beside the right loops.
+        let base = search.base.joint.rms;
+        let explains = |hint: &&Path| hint.found.joint.rms < HINT * base;
+        search.hint.as_ref().filter(explains).cloned()
+    } else {
+        (!read).then(|| search.best.clone())
+    };
     let mut best: Option<Search> = None;
     for mut start in [Some(bare), with_effects].into_iter().flatten() {
         let richer = start.ground.with_elements(&start.found)?;

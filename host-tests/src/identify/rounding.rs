@@ -48,7 +48,12 @@ pub fn outside(step: f64, noise: f64) -> f64 {
         // A share `rest` of the positions gets one step further than the others.
         let third = |from: f64, to: f64| (to.powi(3) - from.powi(3)) / 3.0;
         // Position p below the edge: read are floor(reach - p) + 1 steps up, whose edge is p + floor().
-        third(whole, whole + rest) + if whole > 0.0 { third(whole - 1.0 + rest, whole) } else { 0.0 }
+        third(whole, whole + rest)
+            + if whole > 0.0 {
+                third(whole - 1.0 + rest, whole)
+            } else {
+                0.0
+            }
     });
     step * squares.sqrt()
 }
@@ -95,7 +100,10 @@ mod tests {
             assert!((found / noise - 1.0).abs() < 0.02, "{noise}: {found}");
             let drawn = (beyond / f64::from(draws)).sqrt();
             let found = outside(step, noise * step);
-            assert!((found / drawn - 1.0).abs() < 0.04, "{noise}: {found} {drawn}");
+            assert!(
+                (found / drawn - 1.0).abs() < 0.04,
+                "{noise}: {found} {drawn}"
+            );
         }
     }
 }

@@ -10,10 +10,10 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::discover::baseline::Baseline;
 use crate::discover::diagnosis::excess;
-use crate::discover::{Diagnosis, Options, diagnose};
+use crate::discover::{Diagnosis, Options, baseline_alone, diagnose};
 use crate::error::Error;
 use crate::identify::Effect;
-use crate::plant::hidden::{Hidden, HiddenCase};
+use crate::plant::hidden::{Choice, Hidden, HiddenCase};
 
 use super::outcome::{Answer, Named, Outcome};
 use super::plan::Plan;
@@ -101,12 +101,12 @@ fn solve(case: &HiddenCase, leave_out: bool) -> Result<Outcome, Error> {
     Ok(Outcome {
         case: case.clone(),
         bounded: hidden.truth.details.iter().any(|one| one.bounded),
-        answer: answer(&hidden, leave_out).map_err(|error| error.to_string()),
+        answer: answer(case, &hidden, leave_out).map_err(|error| error.to_string()),
         truth,
     })
 }
 
-fn answer(hidden: &Hidden, leave_out: bool) -> Result<Answer, Error> {
+fn answer(case: &HiddenCase, hidden: &Hidden, leave_out: bool) -> Result<Answer, Error> {
     let truth = &hidden.truth;
     let options = Options {
         baseline: if truth.effects.iter().any(|effect| effect == RATE) {
@@ -119,6 +119,10 @@ fn answer(hidden: &Hidden, leave_out: bool) -> Result<Answer, Error> {
     let start = ThreadTime::now();
     let found = diagnose(&hidden.dataset, &options, &|_| {})?;
     let seconds = start.elapsed().as_secs_f64();
+    let reach = match &truth.effects[..] {
+        [] | [_] => reach(baseline_rms(&found), truth.noise_um),
+        several => least_reach(case, several, &options.baseline)?,
+    };
     let left_out = match &truth.effects[..] {
         [only] if leave_out => {
             let library: Vec<Effect> = options
@@ -136,7 +140,7 @@ fn answer(hidden: &Hidden, leave_out: bool) -> Result<Answer, Error> {
         verdict: found.verdict,
         named: named(&found),
         noise_ratio: found.noise.0 / truth.noise_um,
-        reach: reach(&found, truth.noise_um),
+        reach,
         closed: found.closed(),
         left_out,
         seconds,
@@ -154,7 +158,24 @@ fn named(found: &Diagnosis) -> Vec<Named> {
         .collect()
 }
 
-fn reach(found: &Diagnosis, noise_um: f64) -> f64 {
+fn baseline_rms(found: &Diagnosis) -> f64 {
     let baseline = found.baseline.select.or(found.baseline.fit);
-    excess(baseline.unwrap_or_default(), noise_um) / noise_um
+    baseline.unwrap_or_default()
+}
+
+fn reach(baseline_um: f64, noise_um: f64) -> f64 {
+    excess(baseline_um, noise_um) / noise_um
+}
+
+/// The least reach among the effects of a case, each hidden alone.
+fn least_reach(case: &HiddenCase, effects: &[String], baseline: &Baseline) -> Result<f64, Error> {
+    effects.iter().try_fold(f64::INFINITY, |least, effect| {
+        let alone = HiddenCase {
+            choice: Choice::Named(vec![effect.parse()?]),
+            ..case.clone()
+        };
+        let hidden = alone.make()?;
+        let left = baseline_alone(&hidden.dataset, baseline)?;
+        Ok(reach(left, hidden.truth.noise_um).min(least))
+    })
 }

@@ -4,6 +4,11 @@ use crate::model_file::{self, Stage};
 
 use super::{Seen, Template};
 
+/// Widths that are tried: the least, how many, and how much wider each is than the one before.
+const LEAST: f64 = 0.006;
+const STARTS: i32 = 9;
+const RATIO: f64 = 1.4;
+
 /// See the [module](self).
 pub struct Backlash;
 
@@ -13,7 +18,8 @@ impl Template for Backlash {
     }
 
     fn starts(&self, _seen: &Seen) -> Vec<Vec<f64>> {
-        vec![vec![0.03]]
+        // Plays stand in for a gap of another width: only from near its own it is found.
+        (0..STARTS).map(|i| vec![LEAST * RATIO.powi(i)]).collect()
     }
 
     fn bounds(&self, _seen: &Seen, _numbers: &[f64]) -> Vec<(f64, f64)> {

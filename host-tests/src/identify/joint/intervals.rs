@@ -145,7 +145,8 @@ impl JointFit<'_> {
         signals.extend((0..joint.core.weights.len()).map(|j| at.by_weight(frames, j)));
         let ones = frames.iter().map(|frame| vec![1.0; frame.run.drive.len()]);
         signals.push(ones.collect());
-        let mut columns: Vec<DVector<f64>> = signals.iter().map(|s| self.at_rows(&pulls, s)).collect();
+        let mut columns: Vec<DVector<f64>> =
+            signals.iter().map(|s| self.at_rows(&pulls, s)).collect();
         let lengths: Vec<f64> = columns.iter().map(|column| column.norm()).collect();
         for (column, length) in columns.iter_mut().zip(&lengths) {
             *column /= length.max(f64::MIN_POSITIVE);

@@ -39,6 +39,8 @@ use simulate::Columns;
 
 /// Rows of the least squares at most, and where readings are whole steps: few of them are near an edge.
 const ROWS: (usize, usize) = (4_000, 12_000);
+/// Starts of an effect that are followed to their end.
+const FOLLOWED: usize = 2;
 /// Change of a number over which its derivative is taken.
 const DIFFERENCE: f64 = 1e-4;
 /// Least weight of the drive itself, over the mean gain: the inverse divides by it.
@@ -149,7 +151,7 @@ impl<'a> JointFit<'a> {
         Ok(joint)
     }
 
-    /// Adds an effect to a fitted model and fits all again, from each of the `starts`; the best of them.
+    /// Adds an effect to a fitted model and fits all again, from the best of the `starts`; the best of them.
     /// `None` if none can be computed.
     ///
     /// # Errors
@@ -160,15 +162,24 @@ impl<'a> JointFit<'a> {
         effect: Effect,
         starts: &[Vec<f64>],
     ) -> Result<Option<Joint>, Error> {
-        let mut best: Option<Joint> = None;
-        for numbers in starts {
+        let weighed = starts.iter().filter_map(|numbers| {
             let mut joint = Joint {
                 core: base.core.clone(),
                 terms: base.terms.with(effect, numbers.clone()),
                 rms: f64::INFINITY,
             };
             joint.core.beta = joint.terms.beta(&self.seen);
-            // Numbers that the core refuses are no start.
+            // The plays make room for the effect first: they have bent themselves towards it. Numbers that
+            // the core refuses are no start.
+            let (weights, rms) = self.weigh(&joint).ok()?;
+            joint.core.weights = weights;
+            Some((rms, joint))
+        });
+        let mut weighed: Vec<(f64, Joint)> = weighed.collect();
+        weighed.sort_by(|a, b| a.0.total_cmp(&b.0));
+        weighed.truncate(FOLLOWED);
+        let mut best: Option<Joint> = None;
+        for (_, mut joint) in weighed {
             if self.settle(&mut joint, SETTLED.1).is_err() {
                 continue;
             }
@@ -209,8 +220,16 @@ impl<'a> JointFit<'a> {
         };
         let mut thresholds: Vec<f64> = Vec::new();
         for (i, &r) in core.thresholds.iter().enumerate() {
-            if core.weights[i + 1] <= 0.0 {
+            let weight = core.weights[i + 1];
+            if weight <= 0.0 {
                 continue;
+            }
+            // One play between two of the spread looks like both.
+            if let Some(&above) = core.thresholds.get(i + 1)
+                && core.weights[i + 2] > 0.0
+            {
+                let share = core.weights[i + 2] / (weight + core.weights[i + 2]);
+                thresholds.push(r + share * (above - r));
             }
             // Where a play moves but once says little about its threshold.
             if r > looping {
@@ -341,14 +360,20 @@ impl<'a> JointFit<'a> {
     ) -> Result<Vec<Vec<f64>>, Error> {
         let stages = terms.stages(&self.seen, 1.0);
         let core = core.active();
-        let mut plays = Vec::new();
+        let (mut plays, mut gap) = (Vec::new(), None);
         frames
             .iter()
             .map(|frame| {
                 let blocks = Blocks::new(&stages, frame.run.sample_time_s)?;
                 let drive = simulate::at_actuator(&blocks, frame);
                 let w = simulate::hysteresis(&core, &blocks, frame, &drive, &mut plays);
-                Ok(simulate::behind(&blocks, frame, w, &mut Columns::default()))
+                Ok(simulate::behind(
+                    &blocks,
+                    frame,
+                    w,
+                    &mut Columns::default(),
+                    &mut gap,
+                ))
             })
             .collect()
     }

@@ -190,7 +190,10 @@ mod tests {
             assert!((weight - wanted).abs() < 1e-3, "{error}: {weight} {wanted}");
         }
         let (slope, weight) = steps.pull(9.0);
-        assert!((slope - 8.0).abs() < 0.02 && weight > 0.99, "{slope} {weight}");
+        assert!(
+            (slope - 8.0).abs() < 0.02 && weight > 0.99,
+            "{slope} {weight}"
+        );
         assert!(steps.pull(0.0).0.abs() < 1e-12);
     }
 }

@@ -41,7 +41,7 @@ impl JointFit<'_> {
     /// What `joint` makes of the runs, with derivatives by its weights.
     pub(super) fn responses(&self, joint: &Joint) -> Result<Responses, Error> {
         let stages = joint.terms.stages(&self.seen, 1.0);
-        let mut plays = Vec::new();
+        let (mut plays, mut gap) = (Vec::new(), None);
         let mut found = Responses {
             w: Vec::new(),
             y: Vec::new(),
@@ -56,9 +56,13 @@ impl JointFit<'_> {
             } else {
                 simulate::hysteresis_and_columns(&joint.core, &blocks, frame, &drive, &mut plays)
             };
-            found
-                .y
-                .push(simulate::behind(&blocks, frame, w.clone(), &mut columns));
+            found.y.push(simulate::behind(
+                &blocks,
+                frame,
+                w.clone(),
+                &mut columns,
+                &mut gap,
+            ));
             found.w.push(w);
             found.columns.push(columns);
         }
@@ -112,7 +116,7 @@ impl JointFit<'_> {
         let stages = terms.stages(&self.seen, 1.0);
         let mut core = core.active();
         core.beta = terms.beta(&self.seen);
-        let mut plays = Vec::new();
+        let (mut plays, mut gap) = (Vec::new(), None);
         let frames = self.fitted_frames().iter().zip(y).enumerate();
         frames
             .map(|(i, (frame, before))| {
@@ -121,7 +125,7 @@ impl JointFit<'_> {
                     let drive = simulate::at_actuator(&blocks, frame);
                     simulate::hysteresis(&core, &blocks, frame, &drive, &mut plays)
                 });
-                let mut y = simulate::behind(&blocks, frame, w, &mut Columns::default());
+                let mut y = simulate::behind(&blocks, frame, w, &mut Columns::default(), &mut gap);
                 for (y, before) in y.iter_mut().zip(before) {
                     *y = (*y - before) / change;
                 }

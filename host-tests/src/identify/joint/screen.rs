@@ -88,7 +88,9 @@ impl JointFit<'_> {
             .into_iter()
             .filter_map(|numbers| {
                 // Numbers that the core refuses are no start.
-                let changes = self.changes(base, at, &tangent.pulls, effect, &numbers).ok()?;
+                let changes = self
+                    .changes(base, at, &tangent.pulls, effect, &numbers)
+                    .ok()?;
                 Some((tangent.left_beside(&changes), numbers))
             })
             .collect();
@@ -153,7 +155,8 @@ impl JointFit<'_> {
         let mut rows = Vec::new();
         for ((frame, pulls), values) in self.fitted_frames().iter().zip(pulls).zip(values) {
             let pairs = || pulls.iter().map(|pull| pull.weight).zip(values);
-            let (sum, total) = pairs().fold((0.0, 0.0), |(s, t), (w, x)| (s + w * w * x, t + w * w));
+            let (sum, total) =
+                pairs().fold((0.0, 0.0), |(s, t), (w, x)| (s + w * w * x, t + w * w));
             let own = self.own_offset(frame) && total > 0.0;
             let mean = if own { sum / total } else { 0.0 };
             rows.extend(pairs().map(|(w, x)| w * (x - mean)));

@@ -358,18 +358,28 @@ fn through<S>(signal: &mut [f64], start: impl Fn(f64) -> S, step: impl Fn(&mut S
 }
 
 /// Displacement in um, less the offset, from the output `w` of the hysteresis in um; `columns`, the
-/// derivatives of `w`, become those of the displacement.
+/// derivatives of `w`, become those of the displacement. `gap` is what was behind the backlash at the end
+/// of the run before, and becomes that at the end of this one.
 pub fn behind(
     blocks: &Blocks,
     frame: &Frame<'_>,
     mut w: Vec<f64>,
     columns: &mut Columns,
+    gap: &mut Option<f64>,
 ) -> Vec<f64> {
     let effects = &blocks.effects;
     bend(blocks, &mut w, columns);
     if let Some(backlash) = &effects.backlash {
         let before = w.clone();
-        through(&mut w, |w| backlash.start(w), |s, w| backlash.step(s, w));
+        let first = w.first().copied().unwrap_or_default();
+        let mut state = backlash.start(match frame.run.start {
+            Start::Zero => 0.0,
+            Start::Carried => gap.unwrap_or(first),
+            _ => first,
+        });
+        w.iter_mut()
+            .for_each(|w| *w = backlash.step(&mut state, *w));
+        *gap = w.last().copied();
         // The derivative stands where the output does.
         let moves: Vec<bool> = (0..w.len())
             .map(|k| k == 0 || (w[k] != w[k - 1] && before[k] != before[k - 1]))

@@ -1,5 +1,7 @@
 //! A hidden stage that can be run.
 
+use std::f64::consts::TAU;
+
 use super::Tier;
 use super::core::{Element, RateTerm};
 use super::effect::Effect;
@@ -15,8 +17,9 @@ const STEPS_A_PERIOD: f64 = 20.0;
 const MOST_STEPS: f64 = 500.0;
 /// Parts that a slow move between two records is made in.
 const PARTS: usize = 16;
-/// Time constant with which the contact of a compliant gap yields, as a share of a top period.
-const CONTACT: f64 = 0.02;
+/// How far the contact of a compliant gap yields at the highest rate, as a share of its width. Much more
+/// would be a lag in its own right.
+const CONTACT: f64 = 0.1;
 
 /// A stage with its effects.
 #[derive(Clone, Debug, PartialEq)]
@@ -243,7 +246,8 @@ impl Stage<'_> {
                 let half = 0.5 * width;
                 self.gap = parts::backlash(self.gap, &mut before, half);
                 self.gap = if plant.tier == Tier::Other {
-                    let contact_s = CONTACT / plant.setup.top_hz;
+                    let highest = TAU * plant.setup.top_hz * plant.setup.half_v();
+                    let contact_s = CONTACT * width / highest;
                     parts::soft_backlash(self.gap, &mut signal, half, contact_s, step_s)
                 } else {
                     parts::backlash(self.gap, &mut signal, half)

@@ -1,0 +1,68 @@
+//! Effects that hide each other: below the steps of a coarse reading, and two of the same size. The truth
+//! is the hidden stage's own.
+
+use hysteron_host::discover::{Diagnosis, Options, Verdict, diagnose};
+use hysteron_host::identify::Effect;
+use hysteron_host::plant::hidden::{self, Choice, HiddenCase, Protocol, Tier};
+
+fn diagnosis(
+    effects: &[hidden::Effect],
+    seed: u64,
+    tier: Tier,
+    (strength, noise_percent): (f64, f64),
+) -> Diagnosis {
+    let case = HiddenCase {
+        choice: Choice::Named(effects.to_vec()),
+        seed,
+        tier,
+        strength,
+        noise_percent,
+        protocol: Protocol::Full,
+        rate_term: None,
+    };
+    let hidden = case.make().unwrap();
+    diagnose(&hidden.dataset, &Options::default(), &|_| {}).unwrap()
+}
+
+fn names(found: &Diagnosis) -> Vec<Effect> {
+    found.effects.iter().map(|one| one.effect).collect()
+}
+
+/// The rounding is 13 times the noise, and the bend a quarter of it.
+#[test]
+fn an_effect_below_the_steps_of_the_reading_is_found() {
+    let effects = [hidden::Effect::Quadratic, hidden::Effect::Quantisation];
+    let found = diagnosis(&effects, 9466, Tier::Same, (2.26, 0.028));
+    assert_eq!(found.verdict, Verdict::Named);
+    assert_eq!(names(&found), [Effect::Quantisation, Effect::Quadratic]);
+    assert!(
+        found.effects[1].also_possible.is_empty(),
+        "{:?}",
+        found.effects[1].also_possible
+    );
+}
+
+/// Plays come no nearer to relays than the steps show.
+#[test]
+fn a_coarse_reading_of_another_family_is_a_coarse_reading() {
+    for seed in [102, 105] {
+        let found = diagnosis(
+            &[hidden::Effect::Quantisation],
+            seed,
+            Tier::Other,
+            (1.7, 0.3),
+        );
+        assert_eq!(names(&found), [Effect::Quantisation], "seed {seed}");
+    }
+}
+
+/// The mode alone closes 12 % of the gap.
+#[test]
+fn two_effects_are_found_of_which_neither_is_worth_it_alone() {
+    let effects = [hidden::Effect::Resonance, hidden::Effect::SensorLag];
+    let found = diagnosis(&effects, 9476, Tier::Same, (1.67, 0.482));
+    assert_eq!(found.verdict, Verdict::Named);
+    assert_eq!(names(&found), [Effect::Resonance, Effect::SensorLag]);
+    assert!(found.effects[0].left_over > 0.8);
+    assert!(found.effects[1].left_over < 0.3);
+}

@@ -246,7 +246,7 @@ impl Search {
             halfway = false;
             self.learn_noise(&first)?;
             for path in next.iter_mut().take(BEAM) {
-                self.widen(path)?;
+                self.look_closer(path)?;
             }
             let first = next.first().cloned().unwrap_or(first);
             let noise = self.heard(&first);
@@ -303,14 +303,18 @@ impl Search {
         })
     }
 
-    /// Looks for plays wider than every loop once more, where a path leaves more than the noise: beside
-    /// all that was missing before they may not have shown.
-    fn widen(&self, path: &mut Path) -> Result<(), Error> {
+    /// Where a path leaves more than the noise, looks for plays wider than every loop and moves the
+    /// thresholds once more: beside all that was missing before they may not have shown.
+    fn look_closer(&self, path: &mut Path) -> Result<(), Error> {
         let noise = self.heard(path);
         if excess(path.found.select, noise) > EXPLAINED * noise {
             let fit = path.ground.fit();
             let joint = with_wide_plays(&fit, path.found.joint.clone())?;
             path.found = Candidate::new(&fit, joint, path.found.order.clone())?;
+            // A play between two of the spread takes a round to be both, and one to be itself.
+            for _ in 0..2 {
+                path.found.sharpen(&fit)?;
+            }
         }
         Ok(())
     }

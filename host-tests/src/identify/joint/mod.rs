@@ -39,8 +39,6 @@ use simulate::Columns;
 
 /// Rows of the least squares at most, and where readings are whole steps: few of them are near an edge.
 const ROWS: (usize, usize) = (4_000, 12_000);
-/// Starts of an effect that are followed to their end.
-const FOLLOWED: usize = 2;
 /// Change of a number over which its derivative is taken.
 const DIFFERENCE: f64 = 1e-4;
 /// Least weight of the drive itself, over the mean gain: the inverse divides by it.
@@ -151,7 +149,8 @@ impl<'a> JointFit<'a> {
         Ok(joint)
     }
 
-    /// Adds an effect to a fitted model and fits all again, from the best of the `starts`; the best of them.
+    /// Adds an effect to a fitted model and fits all again, from the first of the `starts`, and from the one
+    /// that explains most by itself; the better of them.
     /// `None` if none can be computed.
     ///
     /// # Errors
@@ -162,24 +161,27 @@ impl<'a> JointFit<'a> {
         effect: Effect,
         starts: &[Vec<f64>],
     ) -> Result<Option<Joint>, Error> {
-        let weighed = starts.iter().filter_map(|numbers| {
+        let begun = |numbers: &Vec<f64>| {
             let mut joint = Joint {
                 core: base.core.clone(),
                 terms: base.terms.with(effect, numbers.clone()),
                 rms: f64::INFINITY,
             };
             joint.core.beta = joint.terms.beta(&self.seen);
-            // The plays make room for the effect first: they have bent themselves towards it. Numbers that
-            // the core refuses are no start.
+            joint
+        };
+        // The plays have bent themselves towards the effect. From where they make room for it first another
+        // solution may be near than from where they stand. Numbers that the core refuses are no start.
+        let weighed = starts.iter().filter_map(|numbers| {
+            let mut joint = begun(numbers);
             let (weights, rms) = self.weigh(&joint).ok()?;
             joint.core.weights = weights;
             Some((rms, joint))
         });
-        let mut weighed: Vec<(f64, Joint)> = weighed.collect();
-        weighed.sort_by(|a, b| a.0.total_cmp(&b.0));
-        weighed.truncate(FOLLOWED);
+        let roomy = weighed.min_by(|a, b| a.0.total_cmp(&b.0));
+        let roomy = roomy.map(|(_, joint)| joint);
         let mut best: Option<Joint> = None;
-        for (_, mut joint) in weighed {
+        for mut joint in starts.first().map(begun).into_iter().chain(roomy) {
             if self.settle(&mut joint, SETTLED.1).is_err() {
                 continue;
             }

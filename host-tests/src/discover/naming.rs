@@ -155,6 +155,11 @@ impl Search {
         if search.best.names() >= enough {
             progress("holding each name against the others");
             search.hold(library, enough)?;
+            if let [only] = &mut search.best.steps[..] {
+                // What it left was counted while another one stood beside it.
+                let left = |candidate: &Candidate| excess(candidate.select, search.noise.0);
+                only.left_over = left(&search.best.found) / left(&search.core).max(1e-300);
+            }
         }
         search.let_steps_explain()?;
         Ok(search)

@@ -128,7 +128,10 @@ fn the_mirror_is_as_shown() {
             number(&mode["parameters"]["zeta"]),
         ],
     );
-    page.says("says that this is a part: {} % of the gap", &[closed_percent(&third)]);
+    page.says(
+        "says that this is a part: {} % of the gap",
+        &[closed_percent(&third)],
+    );
 }
 
 #[test]

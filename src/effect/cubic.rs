@@ -4,11 +4,9 @@
 //! the slope is [`SLOPE_LEAST`] both directions go on along the tangent there. The inverse is
 //! Newton's iteration from `w = y`, of a fixed number of steps.
 
+pub use super::quadratic::SLOPE_LEAST;
 use crate::error::{Field, ParameterError};
 use crate::math::{Real, sqrt};
-
-/// Least slope of the map: beyond its places the map is a straight line of this slope.
-pub const SLOPE_LEAST: f64 = 0.1;
 
 /// The map for one `c`, in 1/V^2.
 #[derive(Clone, Copy, Debug, PartialEq)]

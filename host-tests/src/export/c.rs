@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::{Exported, NEWTON_STEPS, Precision, Value};
+use super::{Exported, NEWTON_STEPS, Precision, SLOPE_LEAST, Value, edge_bend};
 
 /// Numbers on one line of an array.
 const NUMBERS_A_LINE: usize = 4;
@@ -27,6 +27,8 @@ pub(super) fn text(model: &Exported<'_>) -> String {
         .replace("@p", &model.options.prefix)
         .replace("@T", real)
         .replace("@STEPS", &NEWTON_STEPS.to_string())
+        .replace("@LEAST", &SLOPE_LEAST.to_string())
+        .replace("@BEND", &edge_bend().to_string())
 }
 
 fn opening(model: &Exported<'_>) -> String {
@@ -152,17 +154,17 @@ static inline @T @p_asymmetry_inverse(@T w)
 ";
 
 const QUADRATIC: &str = "
-/* w + q w^2, from the slope 1/4 on its tangent. */
+/* w + q w^2, from the slope @LEAST on its tangent. */
 static inline @T @p_@n(@T w, @T *slope)
 {
     const @T bend = @P_@N * w;
     const @T edge = @P_@N_EDGE_V;
     *slope = 1 + bend + bend;
-    if (*slope >= (@T)0.25) {
+    if (*slope >= (@T)@LEAST) {
         return w + bend * w;
     }
-    *slope = (@T)0.25;
-    return edge + (@T)-0.375 * edge + *slope * (w - edge);
+    *slope = (@T)@LEAST;
+    return edge + (@T)@BEND * edge + *slope * (w - edge);
 }
 ";
 
@@ -177,7 +179,7 @@ static inline @T @p_cubic(@T w, @T *slope)
 
 const CUBIC_EDGE: &str = "    const @T edge = w < 0 ? -@P_CUBIC_EDGE_V : @P_CUBIC_EDGE_V;
     if ((w < 0 ? -w : w) > @P_CUBIC_EDGE_V) {
-        *slope = (@T)0.25;
+        *slope = (@T)@LEAST;
         return edge + @P_CUBIC * edge * edge * edge + *slope * (w - edge);
     }
 ";
@@ -207,7 +209,7 @@ fn maps(model: &Exported<'_>) -> String {
             "cubic" => {
                 let edged = model.constants.iter().any(|c| c.name == "CUBIC_EDGE_V");
                 let (tangent, edge) = match edged {
-                    true => (", from the slope 1/4 on its tangent", CUBIC_EDGE),
+                    true => (", from the slope @LEAST on its tangent", CUBIC_EDGE),
                     false => ("", ""),
                 };
                 CUBIC.replace("@t", tangent).replace("@e", edge)

@@ -1,8 +1,8 @@
 //! The numbers of an exported model, with their names and units.
 
-use hysteron::effect::{cubic, quadratic};
+use hysteron::effect::quadratic::SLOPE_LEAST;
 
-use super::COMPUTED;
+use super::{COMPUTED, edge_bend};
 use crate::error::Error;
 use crate::model_file::{Asymmetry, ModelFile, Stage};
 use crate::stage;
@@ -121,7 +121,7 @@ pub(super) fn constants(
             Stage::Cubic(map) if map.c != 0.0 => {
                 list.number("CUBIC", "c of w + c w^3 in 1/V^2", map.c);
                 if map.c < 0.0 {
-                    let edge = ((cubic::SLOPE_LEAST - 1.0) / (3.0 * map.c)).sqrt();
+                    let edge = ((SLOPE_LEAST - 1.0) / (3.0 * map.c)).sqrt();
                     list.number(
                         "CUBIC_EDGE_V",
                         "beyond it the map is its tangent, in V",
@@ -158,7 +158,7 @@ pub(super) fn constants(
 
 fn add_quadratic(list: &mut List, name: &str, q: f64) {
     list.number(name, "q of w + q w^2 in 1/V", q);
-    let edge = 0.5 * (quadratic::SLOPE_LEAST - 1.0) / q;
+    let edge = edge_bend() / q;
     list.number(
         &format!("{name}_EDGE_V"),
         "beyond it the map is its tangent, in V",

@@ -9,6 +9,7 @@ mod constants;
 mod rust;
 
 use hysteron::chain::Effects;
+use hysteron::effect::quadratic::SLOPE_LEAST;
 
 use crate::error::Error;
 use crate::model_file::{ModelFile, Stage};
@@ -25,8 +26,13 @@ pub const COMPUTED: [&str; 7] = [
     "output-quadratic",
     "output",
 ];
-/// Iterations that undo a curvature: enough for a slope of the map between 1/4 and 50.
+/// Iterations that undo a curvature: enough for a slope of the map between 1/10 and 50.
 const NEWTON_STEPS: usize = 12;
+/// `q w` where the slope of the quadratic map is the least.
+fn edge_bend() -> f64 {
+    0.5 * (SLOPE_LEAST - 1.0)
+}
+
 /// Longest prefix of names.
 const PREFIX: usize = 32;
 

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::c::curvatures;
-use super::{Exported, NEWTON_STEPS, Precision, Value};
+use super::{Exported, NEWTON_STEPS, Precision, SLOPE_LEAST, Value, edge_bend};
 
 /// The text of the module.
 pub(super) fn text(model: &Exported<'_>) -> String {
@@ -21,6 +21,8 @@ pub(super) fn text(model: &Exported<'_>) -> String {
     };
     text.replace("@T", real)
         .replace("@STEPS", &NEWTON_STEPS.to_string())
+        .replace("@LEAST", &SLOPE_LEAST.to_string())
+        .replace("@BEND", &edge_bend().to_string())
 }
 
 fn opening(model: &Exported<'_>) -> String {
@@ -132,15 +134,15 @@ fn asymmetry_inverse(w: @T) -> @T {
 ";
 
 const QUADRATIC: &str = "
-/// w + q w^2, from the slope 1/4 on its tangent, and its slope.
+/// w + q w^2, from the slope @LEAST on its tangent, and its slope.
 fn @n(w: @T) -> (@T, @T) {
     let bend = @N * w;
     let slope = 1.0 + bend + bend;
-    if slope >= 0.25 {
+    if slope >= @LEAST {
         return (w + bend * w, slope);
     }
     let edge = @N_EDGE_V;
-    (edge - 0.375 * edge + 0.25 * (w - edge), 0.25)
+    (edge + @BEND * edge + @LEAST * (w - edge), @LEAST)
 }
 ";
 
@@ -153,7 +155,7 @@ fn cubic(w: @T) -> (@T, @T) {
 
 const CUBIC_EDGE: &str = "    if magnitude(w) > CUBIC_EDGE_V {
         let edge = if w < 0.0 { -CUBIC_EDGE_V } else { CUBIC_EDGE_V };
-        return (edge + CUBIC * edge * edge * edge + 0.25 * (w - edge), 0.25);
+        return (edge + CUBIC * edge * edge * edge + @LEAST * (w - edge), @LEAST);
     }
 ";
 
@@ -181,7 +183,7 @@ fn maps(model: &Exported<'_>) -> String {
             "cubic" => {
                 let edged = model.constants.iter().any(|c| c.name == "CUBIC_EDGE_V");
                 let (tangent, edge) = match edged {
-                    true => (", from the slope 1/4 on its tangent", CUBIC_EDGE),
+                    true => (", from the slope @LEAST on its tangent", CUBIC_EDGE),
                     false => ("", ""),
                 };
                 CUBIC.replace("@t", tangent).replace("@e", edge)

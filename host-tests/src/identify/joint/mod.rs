@@ -39,6 +39,8 @@ use simulate::Columns;
 
 /// Rows of the least squares at most, and where readings are whole steps: few of them are near an edge.
 const ROWS: (usize, usize) = (4_000, 12_000);
+/// Starts of an effect that are followed to their end from where the plays stand.
+const FOLLOWED: usize = 2;
 /// Change of a number over which its derivative is taken.
 const DIFFERENCE: f64 = 1e-4;
 /// Least weight of the drive itself, over the mean gain: the inverse divides by it.
@@ -150,7 +152,7 @@ impl<'a> JointFit<'a> {
     }
 
     /// Adds an effect to a fitted model and fits all again, from the first of the `starts`, and from the one
-    /// that explains most by itself; the better of them.
+    /// that explains most by itself; the best of them.
     /// `None` if none can be computed.
     ///
     /// # Errors
@@ -181,7 +183,7 @@ impl<'a> JointFit<'a> {
         let roomy = weighed.min_by(|a, b| a.0.total_cmp(&b.0));
         let roomy = roomy.map(|(_, joint)| joint);
         let mut best: Option<Joint> = None;
-        for mut joint in starts.first().map(begun).into_iter().chain(roomy) {
+        for mut joint in starts.iter().take(FOLLOWED).map(begun).chain(roomy) {
             if self.settle(&mut joint, SETTLED.1).is_err() {
                 continue;
             }

@@ -100,7 +100,7 @@ fn the_mirror_is_as_shown() {
         assert_eq!(golden(&format!("found-mixed-{axis}"))["verdict"], "unknown");
         let own = golden(&format!("found-own-{axis}"));
         let said = if axis == 3 {
-            "`partial` | `resonance` |"
+            "`partial` | `resonance`, `transport-delay` |"
         } else {
             "`unknown` | |"
         };
@@ -117,15 +117,17 @@ fn the_mirror_is_as_shown() {
         );
     }
     let third = golden("found-own-3");
-    let [mode] = &third["effects"].as_array().unwrap()[..] else {
+    let [mode, delay] = &third["effects"].as_array().unwrap()[..] else {
         panic!("{third:?}");
     };
     assert_eq!(mode["name"], "resonance");
+    assert_eq!(delay["name"], "transport-delay");
     page.says(
-        "it names `resonance` at {} Hz with a damping of {}",
+        "it names `resonance` at {} Hz with a damping of {} and `transport-delay` of {} µs",
         &[
             number(&mode["parameters"]["f_n_hz"]),
             number(&mode["parameters"]["zeta"]),
+            1e6 * number(&delay["parameters"]["delay_s"]),
         ],
     );
     page.says(

@@ -12,7 +12,8 @@ use super::baseline::{Histories, choose_starts, crowded, judged};
 
 /// Modes that a model may have.
 const MODES: usize = 3;
-/// Starts of an effect that the plays are fitted to.
+/// The most promising effects, of which so many starts are tried with plays that make room for them.
+const ROOMY: usize = 3;
 const WEIGHED: usize = 9;
 /// Plays beside which effects are looked at.
 pub const PLAYS: usize = 28;
@@ -184,9 +185,10 @@ pub fn expand(
 ) -> Result<Vec<Candidate>, Error> {
     let mut found: Vec<Candidate> = leads
         .par_iter()
-        .map(|lead| {
-            let starts = &lead.starts[..lead.starts.len().min(WEIGHED)];
-            let Some(joint) = fit.add(&base.joint, lead.effect, starts)? else {
+        .enumerate()
+        .map(|(rank, lead)| {
+            let weighed = if rank < ROOMY { WEIGHED } else { 0 };
+            let Some(joint) = fit.add(&base.joint, lead.effect, &lead.starts, weighed)? else {
                 return Ok(None);
             };
             let mut order = base.order.clone();

@@ -206,12 +206,14 @@ fn with_effects(
         let leads = fit.leads(&joint, &[effect])?;
         let starts = leads.first().map_or(&[][..], |lead| &lead.starts[..]);
         let starts = &starts[..starts.len().min(FOLLOWED)];
-        joint = fit.add(&joint, effect, starts)?.ok_or_else(|| {
-            Error::request(format!(
-                "the effect {} cannot be fitted to these records",
-                effect.name()
-            ))
-        })?;
+        joint = fit
+            .add(&joint, effect, starts, starts.len())?
+            .ok_or_else(|| {
+                Error::request(format!(
+                    "the effect {} cannot be fitted to these records",
+                    effect.name()
+                ))
+            })?;
     }
     let fitted = joint.fitted();
     let gain = fitted.weights.iter().sum();

@@ -151,8 +151,8 @@ impl<'a> JointFit<'a> {
         Ok(joint)
     }
 
-    /// Adds an effect to a fitted model and fits all again, from the first of the `starts`, and from the one
-    /// that explains most by itself; the best of them.
+    /// Adds an effect to a fitted model and fits all again, from the first of the `starts` where the plays
+    /// stand, and from the best of the first `weighed` with plays that make room for it; the best of them.
     /// `None` if none can be computed.
     ///
     /// # Errors
@@ -162,6 +162,7 @@ impl<'a> JointFit<'a> {
         base: &Joint,
         effect: Effect,
         starts: &[Vec<f64>],
+        weighed: usize,
     ) -> Result<Option<Joint>, Error> {
         let begun = |numbers: &Vec<f64>| {
             let mut joint = Joint {
@@ -172,15 +173,15 @@ impl<'a> JointFit<'a> {
             joint.core.beta = joint.terms.beta(&self.seen);
             joint
         };
-        // The plays have bent themselves towards the effect. From where they make room for it first another
-        // solution may be near than from where they stand. Numbers that the core refuses are no start.
-        let weighed = starts.iter().filter_map(|numbers| {
+        // The plays have bent themselves towards the effect: with room made first another solution may be
+        // near. Numbers that the core refuses are no start.
+        let roomy = starts.iter().take(weighed).filter_map(|numbers| {
             let mut joint = begun(numbers);
             let (weights, rms) = self.weigh(&joint).ok()?;
             joint.core.weights = weights;
             Some((rms, joint))
         });
-        let roomy = weighed.min_by(|a, b| a.0.total_cmp(&b.0));
+        let roomy = roomy.min_by(|a, b| a.0.total_cmp(&b.0));
         let roomy = roomy.map(|(_, joint)| joint);
         let mut best: Option<Joint> = None;
         for mut joint in starts.iter().take(FOLLOWED).map(begun).chain(roomy) {

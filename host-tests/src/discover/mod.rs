@@ -10,6 +10,7 @@ mod naming;
 mod next_record;
 mod own_model;
 mod page;
+mod reading;
 mod search;
 mod words;
 mod workflow;

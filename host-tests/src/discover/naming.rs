@@ -18,7 +18,7 @@ pub const BAR: f64 = 0.5;
 const BESIDE: f64 = 0.5;
 /// Excess on the select records below which effects explain it all, over the noise: correlated noise
 /// reads too low by up to a fifth where it is estimated from repeats.
-const EXPLAINED: f64 = 0.7;
+pub(super) const EXPLAINED: f64 = 0.7;
 /// The same below which nothing can be said to be missing where no effect is found.
 const MISSING: f64 = 1.0;
 /// Least share of the excess before that an effect has to close, squares taken.
@@ -27,7 +27,7 @@ pub const WORTH: f64 = 0.3;
 const HALF: f64 = 0.1;
 const BOTH: f64 = 0.5;
 /// What may be left over where the effects are said to explain it all.
-const NAMED: f64 = 0.35;
+pub(super) const NAMED: f64 = 0.35;
 /// What may be left over where they are said to explain a part.
 const PARTIAL: f64 = 0.7;
 /// How much more than the best another effect may leave over and still be possible.
@@ -97,7 +97,7 @@ pub struct Search {
     /// The best path.
     pub best: Path,
     /// The core with the steps of the reading alone, where it has some.
-    read: Option<Path>,
+    pub(super) read: Option<Path>,
     /// The effect alone that explains most of the fit records, worth its name or not.
     pub hint: Option<Path>,
     /// What each effect alone leaves over on the select records in um.
@@ -161,13 +161,13 @@ impl Search {
                 only.left_over = left(&search.best.found) / left(&search.core).max(1e-300);
             }
         }
-        search.let_steps_explain()?;
+        search.let_steps_explain();
         Ok(search)
     }
 
     /// The noise that a path has to live with: rounding is noise to every model that does not know it,
     /// and of one that does, what lies outside of the steps that were read.
-    fn heard(&self, path: &Path) -> f64 {
+    pub(super) fn heard(&self, path: &Path) -> f64 {
         let runs = &path.ground.runs;
         match runs.step_um {
             Some(step) if path.found.joint.terms.has(Effect::Quantisation) => {
@@ -427,47 +427,6 @@ impl Search {
         let mut order = self.best.found.order.clone();
         order.remove(place.min(order.len() - 1));
         Candidate::new(fit, joint, order).map(Some)
-    }
-
-    /// Steps of the reading, where they matter beside the noise: known before anything is searched for.
-    fn know_steps_of_reading(&mut self) -> Result<(), Error> {
-        let effect = Effect::Quantisation;
-        let fit = self.best.ground.fit();
-        let start = effect.template().starts(fit.seen()).into_iter().next();
-        let Some(start) = start.filter(|_| !self.best.found.joint.terms.has(effect)) else {
-            return Ok(());
-        };
-        let before = excess(self.best.found.select, self.noise.0);
-        let mut joint = self.best.found.joint.clone();
-        joint.terms = joint.terms.with(effect, start);
-        fit.settle(&mut joint, SETTLED.0)?;
-        let mut order = self.best.found.order.clone();
-        order.push(effect);
-        let found = Candidate::new(&fit, joint, order)?;
-        drop(fit);
-        self.best.steps.push(Step {
-            effect,
-            rivals: Vec::new(),
-            left_over: excess(found.select, self.noise.0) / before.max(1e-300),
-            ground: self.best.ground.clone(),
-        });
-        self.best.found = found;
-        self.read = Some(self.best.clone());
-        Ok(())
-    }
-
-    /// Beside steps of the reading only what explains most of what they leave is named.
-    fn let_steps_explain(&mut self) -> Result<(), Error> {
-        let Some(read) = &self.read else {
-            return Ok(());
-        };
-        let noise = self.heard(read);
-        let left = excess(self.best.found.select, noise);
-        if left > NAMED * excess(read.found.select, noise) && left > EXPLAINED * noise {
-            self.best = read.clone();
-            self.ablation.clear();
-        }
-        Ok(())
     }
 
     /// Whether an effect that lowers the rms on the select records so far, by that share of the squared

@@ -76,7 +76,7 @@ blind)
     [ $# -gt 0 ] || set -- tier{1,2,3,4} none1 none3 pairs
     for name; do
         case $name in
-        tier4) options=(--cases 80 --tier 4 --seed 9701) ;;
+        tier4) options=(--cases 80 --tier 4 --seed 10101) ;;
         tier?) options=(--cases 80 --tier "${name#tier}" --seed 10001) ;;
         none?) options=(--cases 300 --tier "${name#none}" --none-share 1 --seed "9${name#none}000") ;;
         pairs) options=(--cases 40 --tier 1 --effects 2 --none-share 0 --seed 10201) ;;

@@ -22,7 +22,7 @@ fn trials(name: &str, asked: [u64; 3]) -> Value {
 }
 
 fn tiers() -> [Value; 4] {
-    [(1, 10_001), (2, 10_001), (3, 10_001), (4, 9_701)]
+    [(1, 10_001), (2, 10_001), (3, 10_001), (4, 10_101)]
         .map(|(tier, seed)| trials(&format!("blind-tier{tier}"), [tier, seed, 80]))
 }
 

@@ -27,7 +27,6 @@ impl Search {
         let mut order = self.best.found.order.clone();
         order.push(effect);
         let found = Candidate::new(&fit, joint, order)?;
-        drop(fit);
         self.best.steps.push(Step {
             effect,
             rivals: Vec::new(),

@@ -19,6 +19,8 @@ const BESIDE: f64 = 0.5;
 /// Excess on the select records below which effects explain it all, over the noise: correlated noise
 /// reads too low by up to a fifth where it is estimated from repeats.
 pub(super) const EXPLAINED: f64 = 0.7;
+/// The same below which nothing more is searched for: what an effect has to leave to be found is twice that.
+const ENOUGH: f64 = 0.5;
 /// The same below which nothing can be said to be missing where no effect is found.
 const MISSING: f64 = 1.0;
 /// Least share of the excess before that an effect has to close, squares taken.
@@ -192,6 +194,11 @@ impl Search {
         // Two effects of the same size may each take too little to be worth it alone.
         let mut halfway = false;
         for _ in self.best.steps.len()..MOST {
+            let noise = self.heard(&self.best);
+            let left = excess(self.best.found.select, noise);
+            if self.best.names() > 0 && !halfway && left < ENOUGH * noise {
+                break;
+            }
             let mut next: Vec<Path> = Vec::new();
             for (rank, path) in beam.iter().enumerate() {
                 let noise = self.heard(path);

@@ -57,16 +57,21 @@ impl JointFit<'_> {
         let mut steps = 0..STEPS;
         'steps: while steps.next().is_some() {
             let normal = self.normal(joint, &at, &self.by_numbers(joint, &at));
+            let mut uphill = false;
             loop {
                 if let Some((next, there)) = self.moved(joint, &normal, damping)? {
                     let gain = 1.0 - next.rms / joint.rms;
                     (*joint, at) = (next, there);
-                    damping = (damping * 0.1).max(1e-9);
+                    // Where less damping led uphill just now, it would again.
+                    if !uphill {
+                        damping = (damping * 0.1).max(1e-9);
+                    }
                     if gain < settled {
                         break 'steps;
                     }
                     break;
                 }
+                uphill = true;
                 damping *= 10.0;
                 if damping > DAMPING.1 || steps.next().is_none() {
                     break 'steps;

@@ -4,6 +4,7 @@ mod baseline;
 pub mod blind;
 mod bootstrap;
 mod diagnosis;
+mod holding;
 mod json;
 pub mod localise;
 mod naming;

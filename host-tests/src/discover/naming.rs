@@ -1,15 +1,14 @@
-//! Which effects are named: the most promising paths are followed together, and every name must hold
-//! against all others once the rest is known.
+//! Which effects are named: the most promising paths are followed together.
 
 use crate::error::Error;
 use crate::identify::catalogue::Effect;
-use crate::identify::joint::{JointFit, Lead, SETTLED};
+use crate::identify::joint::Lead;
 use crate::identify::rounding::outside;
 use crate::identify::{Source, noise};
 
 use super::baseline::with_wide_plays;
 use super::diagnosis::{Ablation, Verdict, excess};
-use super::search::{Candidate, Ground, expand, most_promising, one_more};
+use super::search::{Candidate, Ground, most_promising, one_more};
 
 /// Gain on the select records below which an effect is not worth its name, over the noise, where no
 /// bootstrap has been asked for.
@@ -25,9 +24,10 @@ const ENOUGH: f64 = 0.5;
 const MISSING: f64 = 1.0;
 /// Least share of the excess before that an effect has to close, squares taken.
 pub const WORTH: f64 = 0.3;
-/// The same of an effect that another one must make up for, and of both.
+/// The same of an effect that others must make up for, and of them all, and how many there may be.
 const HALF: f64 = 0.1;
 const BOTH: f64 = 0.5;
+const TOGETHER: usize = 3;
 /// What may be left over where the effects are said to explain it all.
 pub(super) const NAMED: f64 = 0.35;
 /// What may be left over where they are said to explain a part.
@@ -35,22 +35,16 @@ const PARTIAL: f64 = 0.7;
 /// How much more than the best another effect may leave over and still be possible.
 const AMBIGUOUS: f64 = 1.5;
 /// Effects at most.
-const MOST: usize = 4;
+pub(super) const MOST: usize = 4;
 /// Paths that are followed together.
 const BEAM: usize = 3;
 /// How much more than the best a path may leave over and still be followed.
 const FOLLOWABLE: f64 = 2.5;
-/// Effects that a name must hold against.
-const AGAINST: usize = 4;
-/// How often names may change places.
-const SWAPS: usize = 3;
 /// Noise before a rounding that a path has to live with at least, over the step.
 const SHARP_STEPS: f64 = 0.02;
 /// Excess outside of known steps below which nothing is searched for, over the noise there: the stage is
 /// no more like the plays than that.
 const PAST_STEPS: f64 = 1.5;
-/// Share by which another name must be better.
-const BETTER: f64 = 0.01;
 
 /// A step of a path.
 #[derive(Clone)]
@@ -78,7 +72,7 @@ pub struct Path {
 
 impl Path {
     /// How many effects are known beside the steps of the reading.
-    fn names(&self) -> usize {
+    pub(super) fn names(&self) -> usize {
         let effects = self.steps.iter().map(|step| step.effect);
         effects.filter(|&e| e != Effect::Quantisation).count()
     }
@@ -155,8 +149,7 @@ impl Search {
         }
         search.follow(library, progress)?;
         if search.best.names() >= enough {
-            progress("holding each name against the others");
-            search.hold(library, enough)?;
+            search.hold_all(library, enough, progress)?;
             if let [only] = &mut search.best.steps[..] {
                 // What it left was counted while another one stood beside it.
                 let left = |candidate: &Candidate| excess(candidate.select, search.noise.0);
@@ -191,12 +184,12 @@ impl Search {
             return Ok(());
         }
         let mut beam = vec![self.best.clone()];
-        // Two effects of the same size may each take too little to be worth it alone.
-        let mut halfway = false;
+        // Effects of the same size may each take too little to be worth it alone.
+        let mut together = 0;
         for _ in self.best.steps.len()..MOST {
             let noise = self.heard(&self.best);
             let left = excess(self.best.found.select, noise);
-            if self.best.names() > 0 && !halfway && left < ENOUGH * noise {
+            if self.best.names() > 0 && left < ENOUGH * noise {
                 break;
             }
             let mut next: Vec<Path> = Vec::new();
@@ -244,18 +237,18 @@ impl Search {
             };
             let noise = self.heard(&first);
             // A path of more effects must be worth them against the best of fewer.
-            let worth = if halfway { BOTH } else { WORTH };
+            let worth = if together > 0 { BOTH } else { WORTH };
             let (before, after) = (self.best.found.select, first.found.select);
             if !self.worth(worth, before, after, noise, self.best.names() > 0) {
-                if halfway || first.names() > 1 {
+                together += 1;
+                if self.best.names() > 0 || together == TOGETHER {
                     break;
                 }
-                halfway = true;
                 next.truncate(BEAM);
                 beam = next;
                 continue;
             }
-            halfway = false;
+            together = 0;
             self.learn_noise(&first)?;
             for path in next.iter_mut().take(BEAM) {
                 self.look_closer(path)?;
@@ -275,10 +268,19 @@ impl Search {
     /// A path with each of the effects that are worth it.
     fn extended(&self, path: &Path, ground: &Ground, found: &[Candidate]) -> Vec<Path> {
         let noise = self.heard(path);
-        let before = path.found.select;
-        let beside = path.names() > 0;
-        let share = if beside { WORTH } else { HALF };
-        let worth = |c: &&Candidate| self.worth(share, before, c.select, noise, beside);
+        let before = &path.found;
+        // While nothing is named yet, others may have to make up for an effect: a single record may hide it.
+        let named = self.best.names() > 0;
+        let worth = |c: &&Candidate| {
+            let share = if named {
+                WORTH
+            } else if c.joint.rms.powi(2) < (1.0 - WORTH) * before.joint.rms.powi(2) {
+                0.0
+            } else {
+                HALF
+            };
+            self.worth(share, before.select, c.select, noise, named)
+        };
         let followed = found.iter().filter(worth).take(BEAM);
         followed
             .filter_map(|candidate| self.step(path, ground, found, candidate))
@@ -350,96 +352,17 @@ impl Search {
         Ok(())
     }
 
-    /// Holds every name against the others beside the rest of the model: the better one stays, those
-    /// nearly as good are its ambiguity set, and one that is not missed goes; while there are `enough`.
-    fn hold(&mut self, library: &[Effect], enough: usize) -> Result<(), Error> {
-        let mut swaps = 0;
-        let mut place = 0;
-        self.ablation.clear();
-        while place < self.best.steps.len() && self.best.names() >= enough {
-            let ground = self.best.ground.clone();
-            let fit = ground.fit();
-            let noise = self.heard(&self.best);
-            let Some(without) = self.without(&fit, place)? else {
-                place += 1;
-                continue;
-            };
-            let effect = self.best.steps[place].effect;
-            self.ablation.push(Ablation {
-                effect,
-                select_um: without.select,
-            });
-            if effect == Effect::Quantisation {
-                // Read off the readings, it has no rivals.
-                place += 1;
-                continue;
-            }
-            if !self.worth(WORTH, without.select, self.best.found.select, noise, true) {
-                self.best.found = without;
-                self.best.steps.remove(place);
-                self.ablation.clear();
-                place = 0;
-                continue;
-            }
-            let others = library.iter().copied().filter(|&other| other != effect);
-            let others: Vec<Effect> = others.collect();
-            let mut leads = most_promising(&ground, &without, &others)?;
-            leads.truncate(AGAINST);
-            let against = expand(&fit, &without, &leads)?;
-            let found = &self.best.found;
-            let better = against
-                .first()
-                .filter(|c| c.judged() < (1.0 - BETTER) * found.judged())
-                .cloned();
-            match better {
-                Some(better) if swaps < SWAPS => {
-                    swaps += 1;
-                    self.best.steps[place].effect = better.newest().unwrap_or(effect);
-                    let order = self.best.steps.iter().map(|s| s.effect).collect();
-                    self.best.found = Candidate { order, ..better };
-                    self.ablation.clear();
-                    place = 0;
-                }
-                _ => {
-                    let before = excess(without.select, noise).max(1e-300);
-                    let left = |c: &Candidate| excess(c.select, noise) / before;
-                    let limit = ambiguous(left(found));
-                    let step = &mut self.best.steps[place];
-                    step.rivals = against.into_iter().filter(|c| left(c) <= limit).collect();
-                    step.ground = ground.clone();
-                    place += 1;
-                }
-            }
-        }
-        Ok(())
-    }
-
-    /// The model without the effect of a step, fitted anew.
-    fn without(&self, fit: &JointFit<'_>, place: usize) -> Result<Option<Candidate>, Error> {
-        let effect = self.best.steps[place].effect;
-        // Modes come more than once, in the order of the terms, the baseline's own first.
-        let own = self.base.joint.terms.iter();
-        let own = own.filter(|term| term.effect == effect).count();
-        let earlier = self.best.steps[..place].iter();
-        let earlier = own + earlier.filter(|step| step.effect == effect).count();
-        let terms = &self.best.found.joint.terms;
-        let mut of_effect = terms.iter().enumerate().filter(|(_, t)| t.effect == effect);
-        let Some((index, _)) = of_effect.nth(earlier) else {
-            return Ok(None);
-        };
-        let mut joint = self.best.found.joint.clone();
-        joint.terms = terms.without(index);
-        joint.core.beta = joint.terms.beta(fit.seen());
-        fit.settle(&mut joint, SETTLED.0)?;
-        let mut order = self.best.found.order.clone();
-        order.remove(place.min(order.len() - 1));
-        Candidate::new(fit, joint, order).map(Some)
-    }
-
     /// Whether an effect that lowers the rms on the select records so far, by that share of the squared
     /// excess at least, is worth its name.
     /// Beside others the bar is lower: that something is missing is known then.
-    fn worth(&self, share: f64, before: f64, after: f64, noise: f64, beside: bool) -> bool {
+    pub(super) fn worth(
+        &self,
+        share: f64,
+        before: f64,
+        after: f64,
+        noise: f64,
+        beside: bool,
+    ) -> bool {
         let gain = before * before - after * after;
         let bar = if beside { BESIDE } else { 1.0 } * self.bar * noise;
         gain > bar * bar && gain > share * excess(before, noise).powi(2)
@@ -481,6 +404,6 @@ impl Search {
 }
 
 /// What a candidate may leave over to be possible beside one that leaves `left`.
-fn ambiguous(left: f64) -> f64 {
+pub(super) fn ambiguous(left: f64) -> f64 {
     (AMBIGUOUS * left).max(left + 0.02)
 }

@@ -28,6 +28,9 @@ pub const WORTH: f64 = 0.3;
 const HALF: f64 = 0.1;
 const BOTH: f64 = 0.5;
 const TOGETHER: usize = 3;
+/// What an effect that takes so much from the fit records may leave of the select records until others
+/// make up for it, over what was there before.
+const SPOILT: f64 = 1.5;
 /// What may be left over where the effects are said to explain it all.
 pub(super) const NAMED: f64 = 0.35;
 /// What may be left over where they are said to explain a part.
@@ -241,7 +244,8 @@ impl Search {
             let (before, after) = (self.best.found.select, first.found.select);
             if !self.worth(worth, before, after, noise, self.best.names() > 0) {
                 together += 1;
-                if self.best.names() > 0 || together == TOGETHER {
+                let most = if self.best.names() > 0 { 2 } else { TOGETHER };
+                if together == most {
                     break;
                 }
                 next.truncate(BEAM);
@@ -269,17 +273,17 @@ impl Search {
     fn extended(&self, path: &Path, ground: &Ground, found: &[Candidate]) -> Vec<Path> {
         let noise = self.heard(path);
         let before = &path.found;
-        // While nothing is named yet, others may have to make up for an effect: a single record may hide it.
         let named = self.best.names() > 0;
         let worth = |c: &&Candidate| {
-            let share = if named {
-                WORTH
-            } else if c.joint.rms.powi(2) < (1.0 - WORTH) * before.joint.rms.powi(2) {
-                0.0
-            } else {
-                HALF
+            let left = (c.joint.rms / before.joint.rms).powi(2);
+            // Others may have to make up for it: in a single record it may do harm without them.
+            let trusted = left < 1.0 - BOTH && c.select < SPOILT * before.select;
+            let share = match named {
+                true => WORTH,
+                false if left < 1.0 - WORTH => 0.0,
+                false => HALF,
             };
-            self.worth(share, before.select, c.select, noise, named)
+            trusted || self.worth(share, before.select, c.select, noise, named)
         };
         let followed = found.iter().filter(worth).take(BEAM);
         followed

@@ -20,7 +20,7 @@ use super::search::{Candidate, Ground, rms};
 const CONFIRMED: f64 = 0.1;
 
 /// Most of what the baseline leaves over that elements beside the plays may leave to be searched beside.
-const OTHER_FAMILY: f64 = 0.6;
+const OTHER_FAMILY: f64 = 0.85;
 
 /// Most of what the baseline leaves over of the fit records that an effect may leave to be tried
 /// together with such elements.

@@ -120,7 +120,8 @@ fn answer(case: &HiddenCase, hidden: &Hidden, leave_out: bool) -> Result<Answer,
     let found = diagnose(&hidden.dataset, &options, &|_| {})?;
     let seconds = start.elapsed().as_secs_f64();
     let reach = match &truth.effects[..] {
-        [] | [_] => reach(baseline_rms(&found), truth.noise_um),
+        [] => excess(baseline_rms(&found), truth.noise_um) / truth.noise_um,
+        [_] => reach(case, hidden, &options.baseline)?,
         several => least_reach(case, several, &options.baseline)?,
     };
     let left_out = match &truth.effects[..] {
@@ -163,19 +164,22 @@ fn baseline_rms(found: &Diagnosis) -> f64 {
     baseline.unwrap_or_default()
 }
 
-fn reach(baseline_um: f64, noise_um: f64) -> f64 {
-    excess(baseline_um, noise_um) / noise_um
+/// What the effects of a case add to what the baseline leaves over of the same stage without any, over
+/// the noise.
+fn reach(case: &HiddenCase, hidden: &Hidden, baseline: &Baseline) -> Result<f64, Error> {
+    let noise_um = hidden.truth.noise_um;
+    let left_um = baseline_alone(&hidden.dataset, baseline)?;
+    let bare_um = baseline_alone(&case.without_effects(hidden), baseline)?;
+    Ok(excess(left_um, bare_um.max(noise_um)) / noise_um)
 }
 
-/// The least reach among the effects of a case, each hidden alone.
+/// The least of that among the effects of a case, each hidden alone.
 fn least_reach(case: &HiddenCase, effects: &[String], baseline: &Baseline) -> Result<f64, Error> {
     effects.iter().try_fold(f64::INFINITY, |least, effect| {
         let alone = HiddenCase {
             choice: Choice::Named(vec![effect.parse()?]),
             ..case.clone()
         };
-        let hidden = alone.make()?;
-        let left = baseline_alone(&hidden.dataset, baseline)?;
-        Ok(reach(left, hidden.truth.noise_um).min(least))
+        Ok(reach(&alone, &alone.make()?, baseline)?.min(least))
     })
 }

@@ -13,7 +13,7 @@ impl Template for RateDependence {
     }
 
     fn starts(&self, _seen: &Seen) -> Vec<Vec<f64>> {
-        vec![vec![0.1]]
+        vec![vec![0.1], vec![0.4], vec![1.2]]
     }
 
     fn bounds(&self, _seen: &Seen, _numbers: &[f64]) -> Vec<(f64, f64)> {

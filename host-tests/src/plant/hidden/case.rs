@@ -153,6 +153,18 @@ impl HiddenCase {
         })
     }
 
+    /// The records of the same stage with the same noise, had nothing been hidden in it.
+    pub fn without_effects(&self, hidden: &Hidden) -> Dataset {
+        let bare = HiddenPlant {
+            laws: Vec::new(),
+            ..hidden.plant.clone()
+        };
+        let session = Session {
+            plans: plan(self.protocol, &bare.setup, self.seed),
+        };
+        self.measured(&session.plans, session.answers(&bare), &bare)
+    }
+
     fn noise_um(&self, setup: &Setup) -> f64 {
         1e-2 * self.noise_percent * setup.stroke_um
     }

@@ -141,23 +141,22 @@ pub(super) struct Element<'a> {
     kappa: f64,
     plays: Vec<f64>,
     relays: Option<Relays>,
+    /// What the relays make of no drive.
+    zero: f64,
     /// State of Bouc and Wen and the drive it belongs to.
     wen: (f64, f64),
 }
 
 impl<'a> Element<'a> {
     fn new(core: &'a Core, kappa: f64) -> Self {
-        let (mut plays, mut relays) = (Vec::new(), None);
+        let (mut plays, mut relays, mut zero) = (Vec::new(), None, 0.0);
         match &core.family {
             Family::Plays { thresholds_v, .. } => plays = vec![0.0; thresholds_v.len()],
             Family::Relays(density) => {
-                // 1 + kappa w with w as large as the drive, around the middle of the range.
-                let level = 1.0 + kappa * core.middle_v;
-                relays = Some(Relays::new(RelayDensity {
-                    density_um_per_v2: density.density_um_per_v2 * level,
-                    tilt_per_v: density.tilt_per_v + kappa / level,
-                    ..*density
-                }));
+                // Without drive nothing comes out, as of the other families.
+                let mut plane = Relays::new(*density);
+                zero = plane.advance(-core.middle_v);
+                relays = Some(plane);
             }
             Family::BoucWen { .. } => {}
         }
@@ -166,6 +165,7 @@ impl<'a> Element<'a> {
             kappa,
             plays,
             relays,
+            zero,
             wen: (0.0, 0.0),
         }
     }
@@ -196,7 +196,7 @@ impl<'a> Element<'a> {
     /// `drive_v` for the direct part, `felt_v` and the widening for the hysteresis.
     fn advance(&mut self, drive_v: f64, felt_v: f64, widening: f64) -> f64 {
         let direct = self.core.direct * drive_v;
-        match &self.core.family {
+        let hysteresis = match &self.core.family {
             Family::Plays {
                 thresholds_v,
                 weights,
@@ -207,12 +207,12 @@ impl<'a> Element<'a> {
                     *z = z.min(felt_v + reach).max(felt_v - reach);
                     sum += a * *z;
                 }
-                (direct + sum) / (1.0 - self.kappa * sum)
+                sum
             }
             Family::Relays(_) => {
                 let centred = felt_v - self.core.middle_v;
                 let relays = self.relays.as_mut();
-                direct + relays.map_or(0.0, |relays| relays.advance(centred))
+                relays.map_or(0.0, |relays| relays.advance(centred)) - self.zero
             }
             &Family::BoucWen {
                 grow_per_v,
@@ -232,12 +232,13 @@ impl<'a> Element<'a> {
                     } else {
                         (1.0 - decay) / rate
                     };
-                    z = z * decay + (1.0 + self.kappa * felt_v) * driven;
+                    z = z * decay + driven;
                 }
                 self.wen = (z, felt_v);
-                direct + weight * z
+                weight * z
             }
-        }
+        };
+        (direct + hysteresis) / (1.0 - self.kappa * hysteresis)
     }
 }
 

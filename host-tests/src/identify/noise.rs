@@ -35,42 +35,68 @@ impl Source {
 /// rings on, or a line of the mains runs along. Much less is a reading that stands still on a step.
 const QUIETER: std::ops::Range<f64> = 0.02..0.5;
 
+/// How much larger than their lower quartile estimates may be to count: the scatter of a few hundred samples.
+const ALIKE: f64 = 1.1;
+
+/// What one run says of the noise.
+struct Estimate {
+    /// In um.
+    rms: f64,
+    /// From so many samples.
+    samples: usize,
+    source: Source,
+}
+
 /// Rms noise of the displacement in micrometres, from the best source that any of the runs offers, and
-/// that source: the lower quartile of the runs' estimates. Zero runs give `None`.
+/// that source: of those runs together whose estimates lie near the lower quartile. Zero runs give `None`.
 pub fn floor(runs: &[Run]) -> Option<(f64, Source)> {
-    let estimates: Vec<(f64, Source)> = runs.iter().map(of_run).collect();
-    let best = estimates.iter().map(|(_, source)| *source).min()?;
-    let found = quartile(&estimates, best)?;
-    let rest = quartile(&estimates, Source::Rest).filter(|rest| QUIETER.contains(&(rest / found)));
+    let estimates: Vec<Estimate> = runs.iter().map(of_run).collect();
+    let best = estimates.iter().map(|one| one.source).min()?;
+    let found = together(&estimates, best)?;
+    let rest = together(&estimates, Source::Rest).filter(|rest| QUIETER.contains(&(rest / found)));
     Some(match rest {
         Some(rest) => (rest, Source::Rest),
         None => (found, best),
     })
 }
 
-/// Lower quartile of the estimates from one source: creep, drift or hum tell repeated cycles of some runs
-/// apart; noise is in all of them.
-fn quartile(estimates: &[(f64, Source)], wanted: Source) -> Option<f64> {
-    let of_source = estimates.iter().filter(|(_, source)| *source == wanted);
-    let mut chosen: Vec<f64> = of_source.map(|(rms, _)| *rms).collect();
-    chosen.sort_by(f64::total_cmp);
-    chosen.get(chosen.len() / 4).copied()
+/// What the estimates from one source near their lower quartile come to: creep, drift or hum tell repeated
+/// cycles of some runs apart; noise is in all of them.
+fn together(estimates: &[Estimate], wanted: Source) -> Option<f64> {
+    let of_source = || estimates.iter().filter(|one| one.source == wanted);
+    let mut sizes: Vec<f64> = of_source().map(|one| one.rms).collect();
+    sizes.sort_by(f64::total_cmp);
+    let quartile = *sizes.get(sizes.len() / 4)?;
+    let alike = of_source().filter(|one| one.rms <= ALIKE * quartile);
+    let (squares, samples) = alike.fold((0.0, 0), |(squares, samples), one| {
+        let count = one.samples as f64;
+        (squares + count * one.rms * one.rms, samples + one.samples)
+    });
+    Some((squares / samples as f64).sqrt())
 }
 
-fn of_run(run: &Run) -> (f64, Source) {
-    if let Some(rms) = repeats(&run.drive, &run.displacement) {
-        (rms, Source::Repeats)
-    } else if let Some(rms) = rest(&run.drive, &run.displacement) {
-        (rms, Source::Rest)
-    } else if let Some(rms) = periods(&run.drive, &run.displacement) {
-        (rms, Source::Periods)
-    } else {
-        (high_pass(&run.displacement), Source::HighPass)
+fn of_run(run: &Run) -> Estimate {
+    let (drive, displacement) = (&run.drive[..], &run.displacement[..]);
+    let known = [
+        (repeats(drive, displacement), Source::Repeats),
+        (rest(drive, displacement), Source::Rest),
+        (periods(drive, displacement), Source::Periods),
+    ];
+    let known = known
+        .into_iter()
+        .find_map(|(found, source)| found.map(|found| (found, source)));
+    let ((rms, samples), source) =
+        known.unwrap_or_else(|| (high_pass(displacement), Source::HighPass));
+    Estimate {
+        rms,
+        samples,
+        source,
     }
 }
 
-/// Rms of what one cycle differs from the next where the drive repeats itself, over the root of two.
-fn repeats(drive: &[f64], displacement: &[f64]) -> Option<f64> {
+/// Rms of what one cycle differs from the next where the drive repeats itself, over the root of two, and
+/// from how many samples; so in the functions below.
+fn repeats(drive: &[f64], displacement: &[f64]) -> Option<(f64, usize)> {
     let span = range(drive);
     let turns = turning_points(drive, span);
     let [first, second, ..] = turns[..] else {
@@ -107,13 +133,13 @@ fn repeats(drive: &[f64], displacement: &[f64]) -> Option<f64> {
             .sum::<f64>();
         count += second;
     }
-    (count >= 16).then(|| (squares / count as f64).sqrt())
+    (count >= 16).then(|| ((squares / count as f64).sqrt(), count))
 }
 
 /// Rms of what the last whole period of the drive differs from the one before, over the root of two.
 ///
 /// Of two periods only the later halves count: the first one may have started in another state.
-fn periods(drive: &[f64], displacement: &[f64]) -> Option<f64> {
+fn periods(drive: &[f64], displacement: &[f64]) -> Option<(f64, usize)> {
     const LEAST: usize = 64;
     let same = 0.002 * range(drive);
     let count = drive.len();
@@ -129,11 +155,12 @@ fn periods(drive: &[f64], displacement: &[f64]) -> Option<f64> {
     let squares: f64 = (settled..count)
         .map(|k| 0.5 * (displacement[k] - displacement[k - period]).powi(2))
         .sum();
-    Some((squares / (count - settled) as f64).sqrt())
+    let looked_at = count - settled;
+    Some(((squares / looked_at as f64).sqrt(), looked_at))
 }
 
 /// Rms about a straight line while the drive stands still for at least 50 samples.
-fn rest(drive: &[f64], displacement: &[f64]) -> Option<f64> {
+fn rest(drive: &[f64], displacement: &[f64]) -> Option<(f64, usize)> {
     const LEAST: usize = 50;
     let still = 1e-6 * range(drive);
     let (mut squares, mut count) = (0.0, 0usize);
@@ -151,7 +178,7 @@ fn rest(drive: &[f64], displacement: &[f64]) -> Option<f64> {
         }
         from = k;
     }
-    (count > 0).then(|| (squares / count as f64).sqrt())
+    (count > 0).then(|| ((squares / count as f64).sqrt(), count))
 }
 
 /// Sum of squares about the best straight line.
@@ -170,13 +197,13 @@ fn about_line(values: &[f64]) -> f64 {
 }
 
 /// Rms of fourth differences over that of white noise of size one.
-fn high_pass(displacement: &[f64]) -> f64 {
+fn high_pass(displacement: &[f64]) -> (f64, usize) {
     let squares: f64 = displacement
         .windows(5)
         .map(|w| (w[0] - 4.0 * w[1] + 6.0 * w[2] - 4.0 * w[3] + w[4]).powi(2))
         .sum();
     let count = displacement.len().saturating_sub(4).max(1);
-    (squares / count as f64 / 70.0).sqrt()
+    ((squares / count as f64 / 70.0).sqrt(), count)
 }
 
 #[cfg(test)]
@@ -207,8 +234,9 @@ mod tests {
         let noisy: Vec<f64> = drive.iter().map(|u| 5.0 * u + uniform()).collect();
         // Uniform noise of width one.
         let truth = (1.0f64 / 12.0).sqrt();
-        let found = periods(&drive, &noisy).unwrap();
+        let (found, samples) = periods(&drive, &noisy).unwrap();
         assert!((found / truth - 1.0).abs() < 0.15, "{found}");
+        assert_eq!(samples, 512);
         assert_eq!(periods(&drive[..2040], &noisy[..2040]), None);
         assert_eq!(periods(&[1.0; 500], &[0.0; 500]), None);
     }

@@ -1,4 +1,5 @@
-//! Effects that hide each other: below the steps of a coarse reading, and two of the same size. The truth
+//! Effects that hide each other: below the steps of a coarse reading, or of the same size, or that look like
+//! others while one of them is missing. The truth
 //! is the hidden stage's own.
 
 use hysteron_host::discover::{Diagnosis, Options, Verdict, diagnose};
@@ -65,4 +66,68 @@ fn two_effects_are_found_of_which_neither_is_worth_it_alone() {
     assert_eq!(names(&found), [Effect::Resonance, Effect::SensorLag]);
     assert!(found.effects[0].left_over > 0.8);
     assert!(found.effects[1].left_over < 0.3);
+}
+
+/// Three effects, in any order, as the only names.
+fn three_are_found(
+    effects: [hidden::Effect; 3],
+    seed: u64,
+    size: (f64, f64),
+    mut wanted: [Effect; 3],
+) {
+    let found = diagnosis(&effects, seed, Tier::Same, size);
+    assert_eq!(found.verdict, Verdict::Named);
+    let mut names = names(&found);
+    names.sort();
+    wanted.sort();
+    assert_eq!(names, wanted);
+    assert!(found.closed().unwrap() > 0.9);
+}
+
+/// The best of them alone closes 5 % of the gap.
+#[test]
+fn three_effects_are_found_of_which_none_is_worth_it_alone() {
+    use hidden::Effect::{Cubic, Resonance, SlewLimit};
+    three_are_found(
+        [SlewLimit, Cubic, Resonance],
+        10_323,
+        (1.66, 0.105),
+        [Effect::SlewLimit, Effect::Cubic, Effect::Resonance],
+    );
+}
+
+/// A mode makes other records worse as long as the lag before it is not known.
+#[test]
+fn a_mode_is_found_that_does_harm_without_the_lag_before_it() {
+    use hidden::Effect::{AmplifierLag, MainsHum, Resonance};
+    three_are_found(
+        [AmplifierLag, Resonance, MainsHum],
+        11_314,
+        (1.9, 0.0205),
+        [Effect::AmplifierLag, Effect::Resonance, Effect::MainsHum],
+    );
+}
+
+/// Taken one by one, a congruency and a cubic stand in for the quadratic.
+#[test]
+fn fewer_effects_take_the_place_of_look_alikes() {
+    use hidden::Effect::{Quadratic, RateLaw, Resonance};
+    three_are_found(
+        [RateLaw, Quadratic, Resonance],
+        10_303,
+        (2.5, 0.0539),
+        [Effect::RateLaw, Effect::Quadratic, Effect::Resonance],
+    );
+}
+
+/// One by one an asymmetry takes the place of both.
+#[test]
+fn two_effects_take_the_place_of_one_that_leaves_more() {
+    use hidden::Effect::{Congruency, Cubic, MainsHum};
+    three_are_found(
+        [Congruency, Cubic, MainsHum],
+        10_313,
+        (1.29, 0.0663),
+        [Effect::Congruency, Effect::Cubic, Effect::MainsHum],
+    );
 }

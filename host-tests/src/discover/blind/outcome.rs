@@ -21,8 +21,8 @@ pub struct Answer {
     pub named: Vec<Named>,
     /// Estimated noise over the true one.
     pub noise_ratio: f64,
-    /// What the refitted baseline leaves on the select records beyond the true noise, over that noise; of
-    /// several effects the least, each hidden alone.
+    /// What the effect adds to what the refitted baseline leaves on the select records, over the true noise;
+    /// of several effects the least, each hidden alone; without any, what it leaves beyond the noise.
     pub reach: f64,
     /// The share of the gap on the report records that the extended model closes.
     pub closed: Option<f64>,

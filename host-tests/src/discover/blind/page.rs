@@ -39,7 +39,7 @@ impl Blind {
         page.section("From which size on effects are found", |section| {
             section.plot(curve(scores));
             section.table(
-                ["Excess over noise, from", "to", "Cases", "Solved", "Share"],
+                ["Reach over noise, from", "to", "Cases", "Solved", "Share"],
                 scores.detection.iter().map(|bin| {
                     vec![
                         bin.from.into(),
@@ -227,7 +227,7 @@ fn curve(scores: &Scores) -> Plot {
     };
     Plot::new(
         "Share of cases solved",
-        Axis::log("Excess of the refitted baseline over the noise", ""),
+        Axis::log("What the effect adds to the gap, over the noise", ""),
         Axis::linear("Share", "").including(0.0),
     )
     .caption("One effect: verdict named, the truth first. Several: all of them and nothing else.")
@@ -273,14 +273,14 @@ fn failures(section: &mut Section, outcomes: &[Outcome]) {
         return;
     }
     section.paragraph(format!(
-        "Every case that is not solved; those with an excess under {REVEALED} need not be. The command \
+        "Every case that is not solved; those with a reach under {REVEALED} need not be. The command \
          writes the data again, for hysteron diagnose."
     ));
     section.table(
         [
             "Hidden",
             "Answer",
-            "Excess over noise",
+            "Reach",
             "Strength (%)",
             "Noise (%)",
             "Noise found over true",

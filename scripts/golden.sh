@@ -73,13 +73,14 @@ counts)
     ;;
 blind)
     shift
-    [ $# -gt 0 ] || set -- tier{1,2,3,4} none1 none3 pairs
+    [ $# -gt 0 ] || set -- tier{1,2,3,4} none{1,2,3,4} pairs triples
     for name; do
         case $name in
-        tier4) options=(--cases 80 --tier 4 --seed 10101) ;;
-        tier?) options=(--cases 80 --tier "${name#tier}" --seed 10001) ;;
+        tier4) options=(--cases 80 --tier 4 --seed 12101) ;;
+        tier?) options=(--cases 80 --tier "${name#tier}" --seed 12001) ;;
         none?) options=(--cases 300 --tier "${name#none}" --none-share 1 --seed "9${name#none}000") ;;
-        pairs) options=(--cases 40 --tier 1 --effects 2 --none-share 0 --seed 10201) ;;
+        pairs) options=(--cases 40 --tier 1 --effects 2 --none-share 0 --seed 12201) ;;
+        triples) options=(--cases 40 --tier 1 --effects 3 --none-share 0 --seed 12301) ;;
         *) echo "no blind trials $name" >&2 && exit 2 ;;
         esac
         trials "blind-$name" "${options[@]}"

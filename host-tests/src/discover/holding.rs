@@ -1,5 +1,5 @@
-//! Names held against all others once the rest is known; two are changed at once where that explains more,
-//! or as much with fewer.
+//! Names held against others once the rest is known; two are changed at once where that explains more, or
+//! hardly less with fewer.
 
 use crate::error::Error;
 use crate::identify::catalogue::Effect;
@@ -41,7 +41,7 @@ impl Search {
                 break;
             }
             progress("holding two names at once against the others");
-            if !self.do_with_fewer(&held)? && !self.exchange(&held, library)? {
+            if !self.do_with_fewer()? && !self.exchange(&held, library)? {
                 break;
             }
             held = self.hold(library, 1, true)?;
@@ -62,27 +62,28 @@ impl Search {
         let mut place = 0;
         let mut held = Held::new();
         self.ablation.clear();
-        while place < self.best.steps.len() && self.best.names() >= enough {
+        // Those that change must be held to the end.
+        while place < self.best.steps.len() && (changed || self.best.names() >= enough) {
             let ground = self.best.ground.clone();
             let fit = ground.fit();
             let noise = self.heard(&self.best);
-            let Some(without) = self.without(&fit, &self.best.found, place)? else {
+            let effect = self.best.steps[place].effect;
+            let without = self.without(&fit, &self.best.found, place)?;
+            if let Some(without) = &without {
+                self.ablation.push(Ablation {
+                    effect,
+                    select_um: without.select,
+                });
+            }
+            // Steps are read off the readings and have no rivals.
+            let Some(without) = without.filter(|_| effect != Effect::Quantisation) else {
+                self.best.steps[place].rivals.clear();
                 held.push(Vec::new());
                 place += 1;
                 continue;
             };
-            let effect = self.best.steps[place].effect;
-            self.ablation.push(Ablation {
-                effect,
-                select_um: without.select,
-            });
-            if effect == Effect::Quantisation {
-                // Read off the readings, it has no rivals.
-                held.push(Vec::new());
-                place += 1;
-                continue;
-            }
             if !self.worth(WORTH, without.select, self.best.found.select, noise, true) {
+                changed = true;
                 self.best.found = without;
                 self.best.steps.remove(place);
                 self.ablation.clear();
@@ -122,6 +123,7 @@ impl Search {
                         .filter(|c| left(c) <= limit)
                         .cloned()
                         .collect();
+                    step.before_um = without.select;
                     step.ground = ground.clone();
                     if changed {
                         step.left_over = left_over;
@@ -164,29 +166,30 @@ impl Search {
     }
 
     /// Whether a look-alike of one name makes another one needless; then it takes their place.
-    fn do_with_fewer(&mut self, held: &Held) -> Result<bool, Error> {
+    fn do_with_fewer(&mut self) -> Result<bool, Error> {
         let ground = self.best.ground.clone();
         let fit = ground.fit();
         let noise = self.heard(&self.best);
         let found = self.best.found.select;
-        for place in 0..held.len() {
-            for rival in &self.best.steps[place].rivals {
-                // In the rival's order it stands last, the rest as it stood.
-                for other in 0..self.best.steps.len() - 1 {
-                    if rival.order[other] == Effect::Quantisation {
-                        continue;
-                    }
+        let mut best: Option<Change> = None;
+        for (place, step) in self.best.steps.iter().enumerate() {
+            for rival in &step.rivals {
+                for other in replaceable(rival) {
                     let Some(fewer) = self.without(&fit, rival, other)? else {
                         continue;
                     };
                     if !self.worth(WORTH, fewer.select, found, noise, true) {
-                        self.take(fewer, &[place], &[other]);
-                        return Ok(true);
+                        let change = Change {
+                            found: fewer,
+                            place,
+                            other: Some(other),
+                        };
+                        best = Some(change.or_better(best));
                     }
                 }
             }
         }
-        Ok(false)
+        Ok(self.take(best))
     }
 
     /// Where more than the noise is left over: tries another effect in place of each, with one more or with
@@ -199,7 +202,7 @@ impl Search {
         if excess(found.select, noise) < EXPLAINED * noise {
             return Ok(false);
         }
-        let mut best: Option<(Candidate, usize, Option<usize>)> = None;
+        let mut best: Option<Change> = None;
         for (place, against) in held.iter().enumerate() {
             let was = self.best.steps[place].effect;
             for rival in against.iter().take(EXCHANGED.0) {
@@ -207,13 +210,9 @@ impl Search {
                 if self.best.steps.len() < MOST {
                     starts.push((rival.clone(), None, vec![was]));
                 }
-                for other in 0..rival.order.len() - 1 {
-                    let second = rival.order[other];
-                    if second == Effect::Quantisation {
-                        continue;
-                    }
+                for other in replaceable(rival) {
                     if let Some(without) = self.without(&fit, rival, other)? {
-                        starts.push((without, Some(other), vec![was, second]));
+                        starts.push((without, Some(other), vec![was, rival.order[other]]));
                     }
                 }
                 for (start, other, used) in starts {
@@ -223,39 +222,71 @@ impl Search {
                         None => self.worth(WORTH, found.select, c.select, noise, true),
                         Some(_) => c.judged() < (1.0 - BETTER) * found.judged(),
                     };
-                    let least = best.as_ref().map_or(f64::INFINITY, |(c, ..)| c.judged());
-                    let better = expand(&fit, &start, &leads)?.into_iter();
-                    let better = better.filter(worth).find(|c| c.judged() < least);
-                    if let Some(better) = better {
-                        best = Some((better, place, other));
+                    let tried = expand(&fit, &start, &leads)?;
+                    if let Some(found) = tried.into_iter().find(worth) {
+                        let change = Change {
+                            found,
+                            place,
+                            other,
+                        };
+                        best = Some(change.or_better(best));
                     }
                 }
             }
         }
-        let Some((better, place, other)) = best else {
-            return Ok(false);
-        };
-        self.take(better, &[place], other.as_slice());
-        Ok(true)
+        Ok(self.take(best))
     }
 
-    /// Takes a model whose order goes on from that of the steps without the first place, then without the
-    /// second one of what that leaves.
-    fn take(&mut self, found: Candidate, first: &[usize], second: &[usize]) {
-        for &place in first.iter().chain(second) {
-            self.best.steps.remove(place);
+    /// Makes a change, if there is one.
+    fn take(&mut self, change: Option<Change>) -> bool {
+        let Some(Change {
+            found,
+            place,
+            other,
+        }) = change
+        else {
+            return false;
+        };
+        for gone in std::iter::once(place).chain(other) {
+            self.best.steps.remove(gone);
         }
         let kept = self.best.steps.len();
         for &effect in found.order.iter().skip(kept) {
             self.best.steps.push(Step {
                 effect,
                 rivals: Vec::new(),
+                before_um: self.best.found.select,
                 left_over: 1.0,
                 ground: self.best.ground.clone(),
             });
         }
         self.best.found = found;
+        true
     }
+}
+
+/// A model in place of the best one. Its order is that of the steps without one place, then without the
+/// `other` one of what that leaves, then what is new.
+struct Change {
+    found: Candidate,
+    place: usize,
+    other: Option<usize>,
+}
+
+impl Change {
+    fn or_better(self, before: Option<Self>) -> Self {
+        match before {
+            Some(before) if before.found.judged() <= self.found.judged() => before,
+            _ => self,
+        }
+    }
+}
+
+/// The places in a rival's order beside its own, the last one, that are no steps of the reading.
+fn replaceable(rival: &Candidate) -> Vec<usize> {
+    let beside = rival.order.iter().enumerate().rev().skip(1).rev();
+    let places = beside.filter(|(_, effect)| **effect != Effect::Quantisation);
+    places.map(|(place, _)| place).collect()
 }
 
 /// The library without some of it.

@@ -19,17 +19,20 @@ const BESIDE: f64 = 0.5;
 /// reads too low by up to a fifth where it is estimated from repeats.
 pub(super) const EXPLAINED: f64 = 0.7;
 /// The same below which nothing more is searched for: what an effect has to leave to be found is twice that.
-const ENOUGH: f64 = 0.5;
+const QUIET: f64 = 0.5;
 /// The same below which nothing can be said to be missing where no effect is found.
 const MISSING: f64 = 1.0;
 /// Least share of the excess before that an effect has to close, squares taken.
 pub const WORTH: f64 = 0.3;
-/// The same of an effect that others must make up for, and of them all, and how many there may be.
-const HALF: f64 = 0.1;
-const BOTH: f64 = 0.5;
-const TOGETHER: usize = 3;
-/// What an effect that takes so much from the fit records may leave of the select records until others
-/// make up for it, over what was there before.
+/// The same of an effect that others must make up for.
+const ALONE: f64 = 0.1;
+/// The same of all of these together, and how many they may be at most, without and beside names.
+const ALL: f64 = 0.5;
+const TOGETHER: (usize, usize) = (3, 2);
+/// Shares of the square of what is left of the fit records: an effect that takes the first is followed
+/// whatever share of the select records it takes, one that takes the second even where it does harm there.
+const FITTING: (f64, f64) = (0.3, 0.5);
+/// How much more of the select records such an effect may leave than was left before.
 const SPOILT: f64 = 1.5;
 /// What may be left over where the effects are said to explain it all.
 pub(super) const NAMED: f64 = 0.35;
@@ -56,6 +59,8 @@ pub struct Step {
     pub effect: Effect,
     /// The other members of the ambiguity set.
     pub rivals: Vec<Candidate>,
+    /// Rms on the select records before it, in um.
+    pub before_um: f64,
     /// Excess after it over the excess before.
     pub left_over: f64,
     /// The histories on which it was found.
@@ -192,7 +197,7 @@ impl Search {
         for _ in self.best.steps.len()..MOST {
             let noise = self.heard(&self.best);
             let left = excess(self.best.found.select, noise);
-            if self.best.names() > 0 && left < ENOUGH * noise {
+            if self.best.names() > 0 && left < QUIET * noise {
                 break;
             }
             let mut next: Vec<Path> = Vec::new();
@@ -206,7 +211,7 @@ impl Search {
                     Ok::<_, Error>(leads.iter().any(|lead| gain(lead) > wanted))
                 };
                 if path.names() > 0 && !promises()? {
-                    if rank == 0 {
+                    if rank == 0 && together == 0 {
                         break;
                     }
                     continue;
@@ -240,11 +245,14 @@ impl Search {
             };
             let noise = self.heard(&first);
             // A path of more effects must be worth them against the best of fewer.
-            let worth = if together > 0 { BOTH } else { WORTH };
+            let worth = if together > 0 { ALL } else { WORTH };
             let (before, after) = (self.best.found.select, first.found.select);
             if !self.worth(worth, before, after, noise, self.best.names() > 0) {
                 together += 1;
-                let most = if self.best.names() > 0 { 2 } else { TOGETHER };
+                let most = match self.best.names() {
+                    0 => TOGETHER.0,
+                    _ => TOGETHER.1,
+                };
                 if together == most {
                     break;
                 }
@@ -255,6 +263,7 @@ impl Search {
             together = 0;
             self.learn_noise(&first)?;
             for path in next.iter_mut().take(BEAM) {
+                self.judge_newest(path);
                 self.look_closer(path)?;
             }
             let first = next.first().cloned().unwrap_or(first);
@@ -277,11 +286,11 @@ impl Search {
         let worth = |c: &&Candidate| {
             let left = (c.joint.rms / before.joint.rms).powi(2);
             // Others may have to make up for it: in a single record it may do harm without them.
-            let trusted = left < 1.0 - BOTH && c.select < SPOILT * before.select;
+            let trusted = left < 1.0 - FITTING.1 && c.select < SPOILT * before.select;
             let share = match named {
                 true => WORTH,
-                false if left < 1.0 - WORTH => 0.0,
-                false => HALF,
+                false if left < 1.0 - FITTING.0 => 0.0,
+                false => ALONE,
             };
             trusted || self.worth(share, before.select, c.select, noise, named)
         };
@@ -299,26 +308,37 @@ impl Search {
         found: &[Candidate],
         candidate: &Candidate,
     ) -> Option<Path> {
-        let noise = self.heard(path);
-        let before = excess(path.found.select, noise).max(1e-300);
-        let left = |c: &Candidate| excess(c.select, noise) / before;
         let effect = candidate.newest()?;
-        let limit = ambiguous(left(candidate));
-        let rivals = found
-            .iter()
-            .filter(|c| c.newest() != Some(effect) && left(c) <= limit);
+        let others = found.iter().filter(|c| c.newest() != Some(effect));
         let mut steps = path.steps.clone();
         steps.push(Step {
             effect,
-            rivals: rivals.cloned().collect(),
-            left_over: left(candidate),
+            rivals: others.cloned().collect(),
+            before_um: path.found.select,
+            left_over: 1.0,
             ground: ground.clone(),
         });
-        Some(Path {
+        let mut longer = Path {
             ground: ground.clone(),
             found: candidate.clone(),
             steps,
-        })
+        };
+        self.judge_newest(&mut longer);
+        Some(longer)
+    }
+
+    /// What the last step of a path leaves over, and which of its rivals are possible beside it, as the
+    /// noise is known now.
+    fn judge_newest(&self, path: &mut Path) {
+        let noise = self.heard(path);
+        let found = path.found.select;
+        if let Some(step) = path.steps.last_mut() {
+            let before = excess(step.before_um, noise).max(1e-300);
+            step.left_over = excess(found, noise) / before;
+            let limit = ambiguous(step.left_over);
+            let possible = |c: &Candidate| excess(c.select, noise) / before <= limit;
+            step.rivals.retain(possible);
+        }
     }
 
     /// Where a path leaves more than the noise, looks for plays wider than every loop and moves the

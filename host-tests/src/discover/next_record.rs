@@ -9,7 +9,7 @@ use crate::dataset::Dataset;
 use crate::identify::Effect;
 use crate::identify::cycles::range;
 use crate::identify::spectrum::band;
-use crate::model_file::{ModelFile, Stage};
+use crate::model_file::ModelFile;
 use crate::stage::displacement;
 
 use super::diagnosis::{Diagnosis, FoundEffect};
@@ -29,9 +29,8 @@ pub fn next_record(diagnosis: &Diagnosis, dataset: &Dataset) -> Option<String> {
     let said: Vec<String> = diagnosis
         .effects
         .iter()
-        .enumerate()
-        .filter(|(_, found)| !found.rivals.is_empty())
-        .filter_map(|(i, found)| advice(diagnosis, found, &diagnosis.effects[i + 1..], &menu))
+        .filter(|found| !found.rivals.is_empty())
+        .filter_map(|found| advice(diagnosis, found, &menu))
         .collect();
     (!said.is_empty()).then(|| said.join(" "))
 }
@@ -52,19 +51,14 @@ struct Separation<'a> {
     pair: (usize, usize),
 }
 
-fn advice(
-    diagnosis: &Diagnosis,
-    found: &FoundEffect,
-    later: &[FoundEffect],
-    menu: &[Candidate],
-) -> Option<String> {
+fn advice(diagnosis: &Diagnosis, found: &FoundEffect, menu: &[Candidate]) -> Option<String> {
     let effects: Vec<Effect> = std::iter::once(found.effect)
         .chain(found.also_possible.iter().copied())
         .collect();
     let names: Vec<&str> = effects.iter().map(|effect| effect.name()).collect();
-    // Rivals were fitted before the later effects were found.
-    let models: Vec<ModelFile> = std::iter::once(diagnosis.model.clone())
-        .chain(found.rivals.iter().map(|rival| with(rival, later)))
+    let models: Vec<ModelFile> = std::iter::once(&diagnosis.model)
+        .chain(&found.rivals)
+        .cloned()
         .collect();
     let separations: Vec<Separation<'_>> = menu
         .par_iter()
@@ -140,16 +134,6 @@ fn is_lag(effect: Effect) -> bool {
 
 fn acts_first(effect: Effect) -> bool {
     matches!(effect, Effect::AmplifierLag | Effect::TransportDelay)
-}
-
-/// A model with the stages of effects that were found later.
-fn with(model: &ModelFile, later: &[FoundEffect]) -> ModelFile {
-    let mut model = model.clone();
-    model
-        .stages
-        .extend(later.iter().filter_map(|found| found.stage.clone()));
-    model.stages.sort_by_key(Stage::place);
-    model
 }
 
 /// The pair of models that a record separates least.

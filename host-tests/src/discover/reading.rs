@@ -20,7 +20,7 @@ impl Search {
         let Some(start) = start.filter(|_| !self.best.found.joint.terms.has(effect)) else {
             return Ok(());
         };
-        let before = excess(self.best.found.select, self.noise.0);
+        let before_um = self.best.found.select;
         let mut joint = self.best.found.joint.clone();
         joint.terms = joint.terms.with(effect, start);
         fit.settle(&mut joint, SETTLED.0)?;
@@ -30,7 +30,9 @@ impl Search {
         self.best.steps.push(Step {
             effect,
             rivals: Vec::new(),
-            left_over: excess(found.select, self.noise.0) / before.max(1e-300),
+            before_um,
+            left_over: excess(found.select, self.noise.0)
+                / excess(before_um, self.noise.0).max(1e-300),
             ground: self.best.ground.clone(),
         });
         self.best.found = found;

@@ -94,14 +94,18 @@ pub fn diagnose(
     Ok(found)
 }
 
-/// Rms in um that the saturated baseline leaves on the select records.
+/// What the saturated baseline leaves over of every record.
 ///
 /// # Errors
 /// Records from which nothing can be learned.
-pub fn baseline_alone(dataset: &Dataset, baseline: &Baseline) -> Result<f64, Error> {
+pub fn baseline_alone(dataset: &Dataset, baseline: &Baseline) -> Result<Residuals, Error> {
     let grounds = grounds(&Runs::new(dataset)?, baseline)?;
-    let rms = grounds.iter().map(|(_, base)| base.select);
-    Ok(rms.fold(f64::INFINITY, f64::min))
+    let best = grounds
+        .iter()
+        .min_by(|(_, a), (_, b)| a.select.total_cmp(&b.select));
+    let (ground, base) =
+        best.ok_or_else(|| Error::request("there is nothing to diagnose".to_owned()))?;
+    residuals(dataset, ground, base)
 }
 
 /// What is found beside elements of Bouc and Wen, or on from what was found without them, where these

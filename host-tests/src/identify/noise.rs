@@ -35,7 +35,8 @@ impl Source {
 /// rings on, or a line of the mains runs along. Much less is a reading that stands still on a step.
 const QUIETER: std::ops::Range<f64> = 0.02..0.5;
 
-/// How much larger than their lower quartile estimates may be to count: the scatter of a few hundred samples.
+/// How far from their lower quartile estimates may lie to count, as a factor: the scatter of a few hundred
+/// samples.
 const ALIKE: f64 = 1.1;
 
 /// What one run says of the noise.
@@ -67,7 +68,8 @@ fn together(estimates: &[Estimate], wanted: Source) -> Option<f64> {
     let mut sizes: Vec<f64> = of_source().map(|one| one.rms).collect();
     sizes.sort_by(f64::total_cmp);
     let quartile = *sizes.get(sizes.len() / 4)?;
-    let alike = of_source().filter(|one| one.rms <= ALIKE * quartile);
+    let near = quartile / ALIKE..=quartile * ALIKE;
+    let alike = of_source().filter(|one| near.contains(&one.rms));
     let (squares, samples) = alike.fold((0.0, 0), |(squares, samples), one| {
         let count = one.samples as f64;
         (squares + count * one.rms * one.rms, samples + one.samples)
@@ -210,6 +212,22 @@ fn high_pass(displacement: &[f64]) -> (f64, usize) {
 mod tests {
     use super::*;
     use std::f64::consts::TAU;
+
+    /// The two in the middle; one stands on a step of the reading, one hums.
+    #[test]
+    fn runs_near_the_lower_quartile_count_by_their_samples() {
+        let estimates: Vec<Estimate> = [(0.1, 50), (1.0, 300), (1.05, 100), (2.0, 900)]
+            .map(|(rms, samples)| Estimate {
+                rms,
+                samples,
+                source: Source::Rest,
+            })
+            .into();
+        let wanted: f64 = (300.0 + 100.0 * 1.05 * 1.05) / 400.0;
+        let found = together(&estimates, Source::Rest).unwrap();
+        assert!((found - wanted.sqrt()).abs() < 1e-12, "{found}");
+        assert_eq!(together(&estimates, Source::Repeats), None);
+    }
 
     /// Three tones that never come to two like cycles, and white noise of a known size.
     #[test]

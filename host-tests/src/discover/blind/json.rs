@@ -93,7 +93,7 @@ enum Answer<'a> {
         effects: Vec<Named<'a>>,
         /// Estimated noise over the true one.
         noise_ratio: f64,
-        /// What the effect adds to what the baseline leaves, over the true noise; of several the least;
+        /// How far the effect moves what the baseline leaves, over the true noise; of several the least;
         /// without any, what it leaves beyond the noise.
         reach: f64,
         /// Share of the gap on the report records that is closed.

@@ -21,7 +21,7 @@ pub struct Answer {
     pub named: Vec<Named>,
     /// Estimated noise over the true one.
     pub noise_ratio: f64,
-    /// What the effect adds to what the refitted baseline leaves on the select records, over the true noise;
+    /// How far the effect moves what the refitted baseline leaves on the select records, over the true noise;
     /// of several effects the least, each hidden alone; without any, what it leaves beyond the noise.
     pub reach: f64,
     /// The share of the gap on the report records that the extended model closes.
@@ -79,7 +79,7 @@ impl Outcome {
         !self.truth.is_empty()
     }
 
-    /// Whether the baseline leaves as much as the noise, so that the effects must be found.
+    /// Whether the effects move what the baseline leaves by as much as the noise, so that they must be found.
     pub fn revealed(&self) -> bool {
         self.hides() && self.answer.as_ref().is_ok_and(|a| a.reach >= REVEALED)
     }

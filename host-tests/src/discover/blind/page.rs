@@ -14,8 +14,8 @@ impl Blind {
         let mut page = Page::new("Blind trials of the diagnosis");
         page.lead(format!(
             "{} cases of tier {}, protocol {}, noise {} to {} % of the stroke, seeds from {}. An \
-             effect must be found where the refitted baseline leaves at least {REVEALED} times the \
-             noise on the select records.",
+             effect must be found where it moves what the refitted baseline leaves on the select \
+             records by at least {REVEALED} times the noise.",
             plan.cases,
             plan.tier.number(),
             plan.protocol.name(),
@@ -39,7 +39,7 @@ impl Blind {
         page.section("From which size on effects are found", |section| {
             section.plot(curve(scores));
             section.table(
-                ["Reach over noise, from", "to", "Cases", "Solved", "Share"],
+                ["Reach, from", "to", "Cases", "Solved", "Share"],
                 scores.detection.iter().map(|bin| {
                     vec![
                         bin.from.into(),
@@ -227,7 +227,7 @@ fn curve(scores: &Scores) -> Plot {
     };
     Plot::new(
         "Share of cases solved",
-        Axis::log("What the effect adds to the gap, over the noise", ""),
+        Axis::log("How far the effect moves the gap, over the noise", ""),
         Axis::linear("Share", "").including(0.0),
     )
     .caption("One effect: verdict named, the truth first. Several: all of them and nothing else.")

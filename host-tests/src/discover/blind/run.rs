@@ -8,12 +8,13 @@ use std::thread;
 use cpu_time::ThreadTime;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
+use crate::dataset::Role;
 use crate::discover::baseline::Baseline;
 use crate::discover::diagnosis::excess;
 use crate::discover::{Diagnosis, Options, baseline_alone, diagnose};
 use crate::error::Error;
 use crate::identify::Effect;
-use crate::plant::hidden::{Choice, Hidden, HiddenCase};
+use crate::plant::hidden::{Hidden, HiddenCase};
 
 use super::outcome::{Answer, Named, Outcome};
 use super::plan::Plan;
@@ -119,11 +120,7 @@ fn answer(case: &HiddenCase, hidden: &Hidden, leave_out: bool) -> Result<Answer,
     let start = ThreadTime::now();
     let found = diagnose(&hidden.dataset, &options, &|_| {})?;
     let seconds = start.elapsed().as_secs_f64();
-    let reach = match &truth.effects[..] {
-        [] => excess(baseline_rms(&found), truth.noise_um) / truth.noise_um,
-        [_] => reach(case, hidden, &options.baseline)?,
-        several => least_reach(case, several, &options.baseline)?,
-    };
+    let reach = reach(case, hidden, &options.baseline)?;
     let left_out = match &truth.effects[..] {
         [only] if leave_out => {
             let library: Vec<Effect> = options
@@ -159,27 +156,38 @@ fn named(found: &Diagnosis) -> Vec<Named> {
         .collect()
 }
 
-fn baseline_rms(found: &Diagnosis) -> f64 {
-    let baseline = found.baseline.select.or(found.baseline.fit);
-    baseline.unwrap_or_default()
-}
-
-/// What the effects of a case add to what the baseline leaves over of the same stage without any, over
-/// the noise.
+/// How far each effect alone moves what the baseline leaves over of the same stage without any, the least
+/// of them; without effects, what it leaves beyond the noise; over the noise.
 fn reach(case: &HiddenCase, hidden: &Hidden, baseline: &Baseline) -> Result<f64, Error> {
     let noise_um = hidden.truth.noise_um;
-    let left_um = baseline_alone(&hidden.dataset, baseline)?;
-    let bare_um = baseline_alone(&case.without_effects(hidden), baseline)?;
-    Ok(excess(left_um, bare_um.max(noise_um)) / noise_um)
+    let left = |laws| -> Result<Vec<Vec<f64>>, Error> {
+        let all = baseline_alone(&case.with_laws(hidden, laws), baseline)?.records;
+        let select = all.into_iter().filter(|one| one.role == Role::Select);
+        Ok(select.map(|one| one.residual_um).collect())
+    };
+    let bare = left(Vec::new())?;
+    let laws = &hidden.plant.laws;
+    if laws.is_empty() {
+        return Ok(excess(rms(bare.into_iter()), noise_um) / noise_um);
+    }
+    laws.iter().try_fold(f64::INFINITY, |least, law| {
+        let with = left(vec![law.clone()])?;
+        // The noise is the same in both.
+        let moved = with.iter().zip(&bare).map(|(with, bare)| {
+            let samples = with.iter().zip(bare);
+            samples.map(|(with, bare)| with - bare).collect()
+        });
+        Ok(least.min(rms(moved) / noise_um))
+    })
 }
 
-/// The least of that among the effects of a case, each hidden alone.
-fn least_reach(case: &HiddenCase, effects: &[String], baseline: &Baseline) -> Result<f64, Error> {
-    effects.iter().try_fold(f64::INFINITY, |least, effect| {
-        let alone = HiddenCase {
-            choice: Choice::Named(vec![effect.parse()?]),
-            ..case.clone()
-        };
-        Ok(reach(&alone, &alone.make()?, baseline)?.min(least))
-    })
+/// Root of the mean over the records of their mean square about their mean.
+fn rms(records: impl ExactSizeIterator<Item = Vec<f64>>) -> f64 {
+    let count = records.len().max(1) as f64;
+    let squares = records.map(|record| {
+        let samples = record.len().max(1) as f64;
+        let mean = record.iter().sum::<f64>() / samples;
+        record.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / samples
+    });
+    (squares.sum::<f64>() / count).sqrt()
 }

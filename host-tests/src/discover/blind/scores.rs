@@ -76,7 +76,7 @@ pub struct Bin {
 pub struct Scores {
     /// Diagnoses that ended in an error.
     pub errors: Share,
-    /// Cases with effects whose baseline leaves as much as the noise.
+    /// Cases whose effects move what the baseline leaves by as much as the noise.
     pub revealed: Share,
     /// Revealed cases with one effect: verdict `named`, and the first name is the truth.
     pub top_1: Share,

@@ -13,6 +13,7 @@ impl Template for RateDependence {
     }
 
     fn starts(&self, _seen: &Seen) -> Vec<Vec<f64>> {
+        // A stage that is dragged along may widen its loops by more than its widest play.
         vec![vec![0.1], vec![0.4], vec![1.2]]
     }
 

@@ -62,7 +62,7 @@ impl JointFit<'_> {
                 if let Some((next, there)) = self.moved(joint, &normal, damping)? {
                     let gain = 1.0 - next.rms / joint.rms;
                     (*joint, at) = (next, there);
-                    // Where less damping led uphill just now, it would again.
+                    // Where less damping led uphill just now, it would most likely again.
                     if !uphill {
                         damping = (damping * 0.1).max(1e-9);
                     }

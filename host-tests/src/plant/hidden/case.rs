@@ -153,16 +153,16 @@ impl HiddenCase {
         })
     }
 
-    /// The records of the same stage with the same noise, had nothing been hidden in it.
-    pub fn without_effects(&self, hidden: &Hidden) -> Dataset {
-        let bare = HiddenPlant {
-            laws: Vec::new(),
+    /// The records of the same stage with the same noise, had only these of its laws been hidden in it.
+    pub fn with_laws(&self, hidden: &Hidden, laws: Vec<Law>) -> Dataset {
+        let plant = HiddenPlant {
+            laws,
             ..hidden.plant.clone()
         };
         let session = Session {
-            plans: plan(self.protocol, &bare.setup, self.seed),
+            plans: plan(self.protocol, &plant.setup, self.seed),
         };
-        self.measured(&session.plans, session.answers(&bare), &bare)
+        self.measured(&session.plans, session.answers(&plant), &plant)
     }
 
     fn noise_um(&self, setup: &Setup) -> f64 {

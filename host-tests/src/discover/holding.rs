@@ -24,7 +24,8 @@ const EXCHANGED: (usize, usize) = (3, 2);
 type Held = Vec<Vec<Candidate>>;
 
 impl Search {
-    /// Holds the names, while there are `enough`, against the others one by one, then two at once.
+    /// Holds the names, while there are `enough`, against the others one by one, then two at once. Whether
+    /// any have changed.
     ///
     /// # Errors
     /// Numbers that the core refuses.
@@ -33,8 +34,14 @@ impl Search {
         library: &[Effect],
         enough: usize,
         progress: &(dyn Fn(&str) + Sync),
-    ) -> Result<(), Error> {
+    ) -> Result<bool, Error> {
         progress("holding each name against the others");
+        let names = |search: &Self| -> Vec<Effect> {
+            let mut names = search.best.found.order.clone();
+            names.sort();
+            names
+        };
+        let before = names(self);
         let mut held = self.hold(library, enough, false)?;
         for _ in 0..EXCHANGES {
             if self.best.names() < 2 {
@@ -46,7 +53,7 @@ impl Search {
             }
             held = self.hold(library, 1, true)?;
         }
-        Ok(())
+        Ok(names(self) != before)
     }
 
     /// Holds every name against the others beside the rest of the model: the better one stays, those

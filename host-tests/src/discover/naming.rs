@@ -42,6 +42,8 @@ const PARTIAL: f64 = 0.7;
 const AMBIGUOUS: f64 = 1.5;
 /// Effects at most.
 pub(super) const MOST: usize = 4;
+/// How often the search goes on where holding the names has changed them.
+const RESUMED: usize = 2;
 /// Paths that are followed together.
 const BEAM: usize = 3;
 /// How much more than the best a path may leave over and still be followed.
@@ -155,14 +157,19 @@ impl Search {
         if library.contains(&Effect::Quantisation) {
             search.know_steps_of_reading()?;
         }
-        search.follow(library, progress)?;
-        if search.best.names() >= enough {
-            search.hold_all(library, enough, progress)?;
-            if let [only] = &mut search.best.steps[..] {
-                // What it left was counted while another one stood beside it.
-                let left = |candidate: &Candidate| excess(candidate.select, search.noise.0);
-                only.left_over = left(&search.best.found) / left(&search.core).max(1e-300);
+        // Names that have changed may leave room for one more.
+        for _ in 0..RESUMED {
+            search.follow(library, progress)?;
+            if search.best.names() < enough || !search.hold_all(library, enough, progress)? {
+                break;
             }
+        }
+        if let [only] = &mut search.best.steps[..]
+            && !search.ablation.is_empty()
+        {
+            // What it left was counted while another one stood beside it.
+            let left = |candidate: &Candidate| excess(candidate.select, search.noise.0);
+            only.left_over = left(&search.best.found) / left(&search.core).max(1e-300);
         }
         search.let_steps_explain();
         Ok(search)

@@ -106,7 +106,7 @@ pub struct Scores {
     pub seconds: Option<Spread>,
     /// By hidden effect.
     pub by_effect: Vec<ByEffect>,
-    /// Solved against what the baseline leaves over the noise.
+    /// Solved against the reach.
     pub detection: Vec<Bin>,
     /// Truth against answer.
     pub confusion: Confusion,

@@ -413,17 +413,22 @@ impl Search {
         excess(self.best.found.select, self.noise.0) < EXPLAINED * self.noise.0
     }
 
+    /// What to say where nothing is named.
+    pub fn unnamed(&self) -> Verdict {
+        if excess(self.base.select, self.noise.0) < MISSING * self.noise.0 {
+            Verdict::None
+        } else {
+            Verdict::Unknown
+        }
+    }
+
     /// What to say of it all.
     pub fn verdict(&self) -> Verdict {
         let noise = self.noise.0;
         let before = excess(self.base.select, noise);
         let left = excess(self.best.found.select, noise) / before.max(1e-300);
         if self.best.steps.is_empty() {
-            if before < MISSING * noise {
-                Verdict::None
-            } else {
-                Verdict::Unknown
-            }
+            self.unnamed()
         } else if left <= NAMED || self.explains_all() {
             Verdict::Named
         } else if left <= PARTIAL {

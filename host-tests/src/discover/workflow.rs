@@ -12,7 +12,7 @@ use super::bootstrap;
 use super::diagnosis::{
     Diagnosis, FoundEffect, RecordResiduals, Residuals, Roles, Verdict, excess,
 };
-use super::naming::{BAR, Path, Search, WORTH};
+use super::naming::{BAR, EXPLAINED, Path, Search, WORTH};
 use super::own_model;
 use super::search::{Candidate, Ground, rms};
 
@@ -253,10 +253,13 @@ impl Search {
         let left = |ground: &Ground, candidate: &Candidate| {
             Ok::<_, Error>(rms(ground, candidate, Role::Report)?.map(|rms| excess(rms, noise)))
         };
-        let before = left(&self.ground, &self.core)?.filter(|&before| before > self.bar * noise);
+        let before = left(&self.ground, &self.core)?;
         let after = left(&self.best.ground, &self.best.found)?;
+        let seen = self.bar * noise;
         Ok(match (before, after) {
-            (Some(before), Some(after)) => after <= (1.0 - CONFIRMED) * before,
+            (Some(before), Some(after)) if before > seen => after <= (1.0 - CONFIRMED) * before,
+            // What these records do not show must not do harm there.
+            (Some(_), Some(after)) => after <= seen.max(EXPLAINED * noise),
             _ => true,
         } || self.best.steps.is_empty())
     }
@@ -266,9 +269,10 @@ impl Search {
         let verdict = if confirmed {
             self.verdict()
         } else {
-            Verdict::Unknown
+            self.unnamed()
         };
-        let (ground, found) = if verdict == Verdict::Unknown {
+        let bare = verdict == Verdict::Unknown || !confirmed;
+        let (ground, found) = if bare {
             (&self.ground, &self.base)
         } else {
             (&self.best.ground, &self.best.found)
@@ -276,11 +280,7 @@ impl Search {
         let fit = ground.fit();
         let seen = *fit.seen();
         let gain: f64 = found.joint.core.weights.iter().sum();
-        let steps = if verdict == Verdict::Unknown {
-            &[]
-        } else {
-            &self.best.steps[..]
-        };
+        let steps = if bare { &[] } else { &self.best.steps[..] };
         let intervals = match steps {
             [] => Vec::new(),
             _ => fit.intervals(&found.joint)?,
@@ -346,7 +346,7 @@ impl Search {
             after: residuals(dataset, ground, found)?,
             next_record: None,
             whole: None,
-            notes: self.notes(confirmed, verdict != Verdict::Unknown),
+            notes: self.notes(confirmed, !bare),
         })
     }
 }

@@ -77,3 +77,23 @@ fn plays_wider_than_every_loop_are_no_effect() {
     // That it is beyond the half of the range shows; where, only one move tells.
     assert!(widest.unwrap() > 50.0, "{widest:?}");
 }
+
+/// A drift takes 0.6 of the noise from the select records of these relays, and adds 0.9 of it to the report
+/// records, which show no gap without it.
+#[test]
+fn a_name_that_does_harm_on_the_report_records_is_refused() {
+    let case = HiddenCase {
+        choice: Choice::Named(Vec::new()),
+        seed: 94_218,
+        tier: Tier::Other,
+        strength: 0.794,
+        noise_percent: 0.039,
+        protocol: Protocol::Full,
+        rate_term: None,
+    };
+    let (_, found) = diagnosis(&case);
+    assert_eq!(found.verdict, Verdict::None);
+    assert!(found.effects.is_empty());
+    let refused = found.notes.iter().any(|note| note.contains("drift"));
+    assert!(refused, "{:?}", found.notes);
+}

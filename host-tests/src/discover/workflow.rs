@@ -238,7 +238,7 @@ impl Search {
             let found: Vec<&str> = self.best.steps.iter().map(|s| s.effect.name()).collect();
             notes.push(format!(
                 "The select records spoke for {}, the report records do not: less than {:.0} % of the gap \
-                 closes there, and nothing is named.",
+                 closes there, or there is none and harm is done. Nothing is named.",
                 found.join(" and "),
                 100.0 * CONFIRMED
             ));

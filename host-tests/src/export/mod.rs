@@ -28,13 +28,13 @@ pub const COMPUTED: [&str; 7] = [
 ];
 /// Iterations that undo a curvature: enough for a slope of the map between 1/10 and 50.
 const NEWTON_STEPS: usize = 12;
+/// Longest prefix of names.
+const PREFIX: usize = 32;
+
 /// `q w` where the slope of the quadratic map is the least.
 fn edge_bend() -> f64 {
     0.5 * (SLOPE_LEAST - 1.0)
 }
-
-/// Longest prefix of names.
-const PREFIX: usize = 32;
 
 /// The language of the code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -228,3 +228,21 @@ fn every_protocol_has_all_roles_and_time_goes_on() {
         }
     }
 }
+
+/// The same stage with all of its laws is itself, and without any what `none` hides.
+#[test]
+fn the_same_stage_with_other_laws() {
+    for tier in [Tier::Same, Tier::Other] {
+        let with = case(&[Effect::Creep, Effect::Cubic], 31, tier);
+        let hidden = with.make().unwrap();
+        let nothing = hide(&[], 31, tier);
+        let all = with.with_laws(&hidden, hidden.plant.laws.clone());
+        let bare = with.with_laws(&hidden, Vec::new());
+        for (again, as_hidden) in [(all, &hidden.dataset), (bare, &nothing.dataset)] {
+            let pairs = again.records.iter().zip(&as_hidden.records);
+            for (a, b) in pairs {
+                assert_eq!(a.displacement_um, b.displacement_um, "{}", a.name);
+            }
+        }
+    }
+}
